@@ -1,0 +1,111 @@
+/*
+ * bus.h - the EtherCAT bus as the emulated TG Motion uses it: SOEM on top of a simulated segment.
+ *
+ * Everything above this header sees slaves, states and process data entries by object index;
+ * nothing above it sees SOEM or the segment. The configuration path is SOEM's ordinary one: scan,
+ * SII, CoE mapping over the mailbox, sync managers, FMMUs, distributed clock, SAFEOP, OP, all in
+ * frames.
+ *
+ * Time is virtual and given by the caller: `now_ns` counts from bus_open() and never goes back.
+ * During bus_open() (scan and configuration block, as in SOEM) time runs by itself from 0 to what
+ * the exchanges took; bus_now() tells where it stands afterwards.
+ */
+#ifndef HARNESS_BUS_H
+#define HARNESS_BUS_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#define BUS_WHY        256
+#define BUS_MAX_SLAVES 64
+
+struct bus;
+
+/* What stands on the bus, in wiring order. `type` names a row of the device table
+ * (bus_device_types). */
+struct bus_device {
+    const char *type;
+    const struct bus_stimulus *stimuli; /* what the outside world does to its inputs; may be NULL */
+    size_t stimulus_count;
+};
+
+/* The outside world at one digital input: low until phase, then high for half of every period. */
+struct bus_stimulus {
+    unsigned bit;
+    uint64_t period_ns;
+    uint64_t phase_ns;
+};
+
+struct bus_config {
+    const struct bus_device *devices;
+    size_t device_count;
+    uint32_t cycle_ns; /* period of the process data exchange */
+    uint64_t seed;
+};
+
+struct bus_slave {
+    char name[64];
+    uint32_t vendor, product, revision;
+    uint16_t
+        al_state; /* as last read from the slave: 1 INIT, 2 PREOP, 4 SAFEOP, 8 OP; + 0x10 error */
+    uint16_t al_code; /* AL status code as last read */
+    unsigned axes;    /* CiA 402 axes found in its mapping (0x6040, 0x6840 ...); 0 for terminals */
+    unsigned input_bits, output_bits; /* process data lengths */
+};
+
+/* Place of one mapped object (or of raw terminal bits) in the process image. */
+struct bus_entry {
+    uint8_t *byte; /* first byte */
+    uint8_t bit;   /* first bit in it */
+    uint8_t bits;  /* length, 1..64; 0 = not mapped */
+};
+
+enum bus_direction { BUS_OUTPUT, BUS_INPUT }; /* seen from the master */
+
+/* Builds the segment, lets SOEM scan and configure it up to SAFEOP. */
+int bus_open(struct bus **out, const struct bus_config *config, char why[BUS_WHY]);
+void bus_close(struct bus *bus);
+
+uint64_t bus_now(const struct bus *bus);
+size_t bus_slave_count(const struct bus *bus);
+const struct bus_slave *bus_slave(const struct bus *bus, size_t index);
+
+/* Finds the object in the mapping that was read over CoE; for terminals without CoE, in the SII
+ * PDOs. */
+struct bus_entry bus_find(const struct bus *bus, size_t slave, enum bus_direction direction,
+                          uint16_t index, uint8_t subindex);
+/* All process data bits of a slave, for terminals: bit n of its inputs or outputs. */
+struct bus_entry bus_bits(const struct bus *bus, size_t slave, enum bus_direction direction,
+                          unsigned first, unsigned count);
+
+/* Raw value, zero extended; sign extension by the caller (bus_entry_sign). Inline cost, no checks
+ * beyond bits == 0 (reads 0, writes nothing). */
+uint64_t bus_entry_get(struct bus_entry entry);
+int64_t bus_entry_sign(struct bus_entry entry);
+void bus_entry_set(struct bus_entry entry, uint64_t value);
+
+/* Asks all slaves for OP (they answer while process data flows). */
+void bus_request_op(struct bus *bus);
+
+/* One exchange: send queues the outputs at that time, receive takes what came back. receive returns
+ * the working counter, or -1 when no frame came. No allocation. */
+void bus_send(struct bus *bus, uint64_t now_ns);
+int bus_receive(struct bus *bus, uint64_t now_ns);
+int bus_expected_wkc(const struct bus *bus);
+
+/* Reads AL state and code of one slave by a register read (round robin by the caller); updates
+ * bus_slave(). */
+void bus_poll_state(struct bus *bus, size_t slave);
+
+/* CoE upload/download, blocking in virtual time. 0, or negative errno; abort code in *abort when
+ * -EPROTO. */
+int bus_sdo_read(struct bus *bus, size_t slave, uint16_t index, uint8_t subindex, void *data,
+                 size_t *size, uint32_t *abort);
+int bus_sdo_write(struct bus *bus, size_t slave, uint16_t index, uint8_t subindex, const void *data,
+                  size_t size, uint32_t *abort);
+
+/* The device table: name and one-line description by index, NULL past the end. */
+const char *bus_device_type(size_t index, const char **description);
+
+#endif

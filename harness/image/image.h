@@ -1,0 +1,161 @@
+/*
+ * image.h - a module as data: bytes in, one bounds-checked description out.
+ *
+ * image_open() is the only place in the harness that parses module files. It reads the file once;
+ * what is hashed is what is later mapped and run. Everything in `struct image` has been checked
+ * against the size of the file: a reader of the struct never needs to check again. A file that is
+ * readable but is no module is not an error of the call: the image says so in `defect` and has no
+ * contents, and the rules report it.
+ *
+ * Addresses are virtual addresses inside the module, as the file states them (usually from 0).
+ * All strings and arrays are owned by the image and live until image_close().
+ */
+#ifndef HARNESS_IMAGE_H
+#define HARNESS_IMAGE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#define IMAGE_WHY 512
+
+enum image_format { IMAGE_FORMAT_NONE, IMAGE_FORMAT_ELF64, IMAGE_FORMAT_ELF32, IMAGE_FORMAT_PE };
+enum image_target { IMAGE_TARGET_NONE, IMAGE_TARGET_X86_64, IMAGE_TARGET_I386, IMAGE_TARGET_ARM };
+
+enum { IMAGE_READ = 1, IMAGE_WRITE = 2, IMAGE_EXEC = 4 };
+
+/* One range of the module that is mapped into memory. */
+struct image_segment {
+    uint64_t vaddr;       /* first address, as in the file: not necessarily page aligned */
+    uint64_t mem_size;    /* bytes in memory; bytes past file_size start as zero */
+    uint64_t file_size;   /* bytes taken from the file, <= mem_size */
+    uint64_t file_offset; /* where they are; file_offset + file_size <= image.size */
+    unsigned perm;        /* IMAGE_READ | IMAGE_WRITE | IMAGE_EXEC */
+};
+
+enum image_symbol_kind {
+    IMAGE_SYMBOL_NONE, /* no type stated */
+    IMAGE_SYMBOL_FUNC,
+    IMAGE_SYMBOL_OBJECT,
+    IMAGE_SYMBOL_IFUNC, /* indirect function: its address is computed by code at load time */
+    IMAGE_SYMBOL_TLS,
+    IMAGE_SYMBOL_OTHER
+};
+
+/* A defined symbol. */
+struct image_symbol {
+    const char *name;
+    uint64_t vaddr;
+    uint64_t size; /* 0 when the file does not say */
+    enum image_symbol_kind kind;
+    bool exported;   /* visible to whoever loads the module (dynamic symbol, global or weak) */
+    bool executable; /* vaddr lies in a segment with IMAGE_EXEC */
+};
+
+enum image_import_kind {
+    IMAGE_IMPORT_SYMBOL,  /* undefined symbol: the loader would have to find it */
+    IMAGE_IMPORT_WEAK,    /* weak undefined symbol: null unless somebody happens to provide it */
+    IMAGE_IMPORT_LIBRARY, /* another file that has to be loaded first (DT_NEEDED, import DLL) */
+    IMAGE_IMPORT_FILTER   /* DT_FILTER, DT_AUXILIARY and the like: another file by the back door */
+};
+
+struct image_import {
+    enum image_import_kind kind;
+    const char *name;
+    bool has_user; /* a relocation refers to the symbol; user is the place that it patches */
+    uint64_t user;
+};
+
+enum image_reloc_kind {
+    IMAGE_RELOC_RELATIVE, /* add the load address: the only kind a TG Motion loader can satisfy */
+    IMAGE_RELOC_SYMBOLIC, /* needs the address of a named symbol */
+    IMAGE_RELOC_INDIRECT, /* runs code of the module to learn an address (IRELATIVE) */
+    IMAGE_RELOC_TLS,      /* thread-local storage */
+    IMAGE_RELOC_OTHER
+};
+
+struct image_reloc {
+    uint64_t vaddr; /* the word that is patched; for RELATIVE, 8 bytes inside a segment's memory */
+    int64_t addend;
+    enum image_reloc_kind kind;
+    uint32_t type;         /* the file format's own number */
+    const char *type_name; /* "R_X86_64_RELATIVE"; "?" when unknown */
+    const char *symbol;    /* NULL when none */
+};
+
+/* Code that a dynamic linker would run before anybody calls the module. */
+struct image_initialiser {
+    const char *what; /* "DT_INIT", "DT_INIT_ARRAY", "DT_FINI", "DT_PREINIT_ARRAY", "entry point" */
+    uint64_t vaddr;   /* the function; 0 when the array cannot be resolved */
+    unsigned index;   /* position in its array */
+};
+
+struct image {
+    char *path;     /* as given */
+    uint8_t *bytes; /* the whole file */
+    size_t size;
+    char sha256[65]; /* lower-case hexadecimal of bytes */
+
+    enum image_format format;
+    enum image_target target;
+    const char *format_name; /* "ELF64", "ELF32", "PE", "" */
+    const char *target_name; /* "x86-64", "i386", "Arm", the machine's number, "" */
+
+    /* Why the file cannot be a module at all, "" when it can: one sentence that names the field,
+     * its value and what is allowed. When set, the arrays below may be empty or incomplete. */
+    char defect[IMAGE_WHY];
+
+    struct image_segment *segments;
+    size_t segment_count;
+    uint64_t span_begin, span_end; /* page-aligned hull of all segments */
+
+    struct image_symbol *symbols; /* defined ones, exported or not, sorted by vaddr, then name */
+    size_t symbol_count;
+    struct image_import *imports;
+    size_t import_count;
+    struct image_reloc *relocs;
+    size_t reloc_count;
+    struct image_initialiser *initialisers;
+    size_t initialiser_count;
+
+    bool has_tls;
+    uint64_t tls_size;
+    bool exec_stack;        /* the file asks for an executable stack (or does not rule it out) */
+    bool exec_stack_stated; /* false: the file has no statement about its stack */
+    uint64_t relro_begin,
+        relro_end; /* read-only after relocation (PT_GNU_RELRO); equal when none */
+    bool has_debug_lines;
+
+    void *lines; /* private to lines.c */
+};
+
+/* A place in the module as a person wants to read it. */
+struct image_place {
+    const char *function; /* nearest symbol at or below the address, NULL when none */
+    uint64_t offset;      /* bytes past its start */
+    const char *file; /* source file as the compiler recorded it, NULL without line information */
+    int line;
+};
+
+/*
+ * Reads and describes a file. Returns 0 and an image (look at defect), or a negative errno with a
+ * one-line reason in why: the file is missing, a directory, unreadable, or larger than 1 GiB.
+ */
+int image_open(struct image **out, const char *path, char why[IMAGE_WHY]);
+
+/* The same for bytes already in memory; path is only remembered. The bytes are copied. */
+int image_open_memory(struct image **out, const char *path, const void *bytes, size_t size,
+                      char why[IMAGE_WHY]);
+void image_close(struct image *image);
+
+/* Exported symbol of that exact name, NULL when there is none. */
+const struct image_symbol *image_export(const struct image *image, const char *name);
+
+/* Segment holding [vaddr, vaddr + size), NULL when none holds all of it. */
+const struct image_segment *image_segment_at(const struct image *image, uint64_t vaddr,
+                                             uint64_t size);
+
+/* Function and source line of an address of the module; fields are NULL where unknown. */
+void image_where(const struct image *image, uint64_t vaddr, struct image_place *place);
+
+#endif

@@ -1,0 +1,58 @@
+/*
+ * worker.h - one experiment, one process, really gone afterwards.
+ *
+ * The parent forks; the child drops what it can (own process group, dies with its parent, no core,
+ * memory and file limits, standard streams to /dev/null), runs body() and exits. What it learns it
+ * writes into a block of shared memory as it goes, so that the parent knows how far it came even
+ * when the child is killed. The parent waits, kills on timeout, and reaps. The block is untrusted
+ * input to the parent.
+ */
+#ifndef HARNESS_WORKER_H
+#define HARNESS_WORKER_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <sys/types.h>
+
+enum worker_end {
+    WORKER_DONE,   /* body returned 0 and the child said so in the way only worker.c knows */
+    WORKER_FAILED, /* body returned non-zero: harness trouble, see value */
+    WORKER_EXITED, /* the process ended by itself without body() returning: code in value */
+    WORKER_KILLED, /* ended by a signal: number in value */
+    WORKER_TIMEOUT /* killed by us because the time was up */
+};
+
+struct worker_result {
+    enum worker_end end;
+    int value;
+    uint64_t wall_ns;
+};
+
+struct worker_limits {
+    uint64_t wall_ns;      /* time to live */
+    uint64_t memory_bytes; /* RLIMIT_AS above what the process has at fork; 0 = 1 GiB */
+};
+
+/* body: runs in the child. shared: the block (parent and child see the same memory). pipe_fd: write
+ * end of a pipe to the parent for bulk data, -1 when the caller wants none. */
+typedef int worker_body(void *argument, void *shared, int pipe_fd);
+
+/* Called in the parent about every 50 ms while the child runs, and whenever bulk data arrived
+ * (data, size), size 0 for a mere tick. May be NULL. */
+typedef void worker_progress(void *argument, const void *shared, const void *data, size_t size);
+
+/*
+ * Runs body in a child. shared must come from worker_block(). Returns 0 with *result filled, or
+ * negative errno when no child could be made. No process is left behind in any case, not even one
+ * that the child itself managed to create.
+ */
+int worker_run(worker_body *body, void *argument, void *shared, const struct worker_limits *limits,
+               worker_progress *progress, void *progress_argument, bool want_pipe,
+               struct worker_result *result);
+
+/* Zeroed memory shared with children made later; NULL when there is none. */
+void *worker_block(size_t size);
+void worker_block_free(void *block, size_t size);
+
+#endif
