@@ -1,0 +1,143 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * tgm_plc.h - everything a TG Motion virtual PLC module needs; the one header an author includes.
+ *
+ * A module is one .tgm file that exports exactly six functions, is linked to nothing, allocates
+ * nothing and calls no operating system. It sees the machine through the PLC_DATA it is handed:
+ * pointers to shared memories and to a few diagnostic functions.
+ * (manual: Virtual PLC, "Making of a PLC")
+ *
+ *     #include <tgm_plc.h>
+ *     long Program_Ini(PLC_DATA *pData) { ...check versions...; return 1; }
+ *     long Program_01(PLC_DATA *pData) { (void)pData; return 1; }
+ *     ... all six, letter case included
+ *
+ * Generation: TGM_GENERATION = 4 (the default: TG Motion 4.21, ids 4033/904).
+ *
+ * Strings are UTF-16: compile with -fshort-wchar (sdk/mk/module.mk does), so that L"..." is what
+ * TG Motion expects. Global variables have no initial values and constructors do not run: whatever
+ * must have a value gets it in Program_Ini (manual: "Program_Ini", warning).
+ *
+ * Programs that are not modules (the harness, tools) define TGM_HOST before including this header:
+ * then wide text is uint16_t and the six entry functions are not declared.
+ */
+#ifndef TGM_PLC_H
+#define TGM_PLC_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#ifndef TGM_GENERATION
+#define TGM_GENERATION 4
+#endif
+
+#ifdef __cplusplus
+#define TGM_STATIC_ASSERT(condition, text) static_assert(condition, text)
+#else
+#define TGM_STATIC_ASSERT(condition, text) _Static_assert(condition, text)
+#endif
+
+/*
+ * Layout checks. The three numbers are for targets with 8-byte pointers, with 4-byte pointers and
+ * 8-byte alignment of double (Windows i386, Arm EABI), and for System V i386. A failed check means
+ * that the compiler's packing options do not fit TG Motion; never change the structures.
+ */
+#if UINTPTR_MAX > 0xFFFFFFFFu
+#define TGM_LAYOUT_PICK(p8, p4, i386) (p8)
+#elif defined(__i386__) && !defined(_WIN32) && !defined(__ALIGN_DOUBLE__) && !defined(TGM_ALIGN_DOUBLE)
+#define TGM_LAYOUT_PICK(p8, p4, i386) (i386)
+#else
+#define TGM_LAYOUT_PICK(p8, p4, i386) (p4)
+#endif
+#define TGM_LAYOUT_OFFSET(type, member, p8, p4, i386)                                              \
+    TGM_STATIC_ASSERT(offsetof(type, member) == TGM_LAYOUT_PICK(p8, p4, i386),                     \
+                      #type "." #member " is not where TG Motion has it")
+#define TGM_LAYOUT_MEMBER_SIZE(type, member, bytes)                                                \
+    TGM_STATIC_ASSERT(sizeof(((type *)0)->member) == (bytes),                                      \
+                      #type "." #member " does not have TG Motion's size")
+#define TGM_LAYOUT_SIZE(type, p8, p4, i386)                                                        \
+    TGM_STATIC_ASSERT(sizeof(type) == TGM_LAYOUT_PICK(p8, p4, i386),                               \
+                      #type " does not have TG Motion's size")
+
+/* Wide characters of the module API are 16 bits, `long` of its prototypes is 32 bits. */
+#ifdef TGM_HOST
+typedef uint16_t tgm_wchar;
+#else
+typedef wchar_t tgm_wchar;
+TGM_STATIC_ASSERT(sizeof(wchar_t) == 2, "compile with -fshort-wchar: TG Motion's text is UTF-16");
+#endif
+
+#if defined(_WIN32) && !defined(__GNUC__)
+#define TGM_CALL __cdecl
+#else
+#define TGM_CALL
+#endif
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/*
+ * Diagnostic functions (manual: "Definition of diagnostic functions"). TG Motion owns them; they are
+ * valid as long as the module is loaded. Text is UTF-16 and ends with 0.
+ */
+
+/* Writes text to the console of TG Motion. The result's meaning is not documented. */
+typedef int32_t TGM_CALL RTWPRINTF_STRING(const tgm_wchar *text);
+/* Writes one 32-bit number to the console; format holds one integer conversion, as in L"%d". */
+typedef int32_t TGM_CALL RTWPRINTF_LONG(const tgm_wchar *format, int32_t value);
+/* Writes formatted text to buffer, at most size wide characters with the final 0; returns their number
+ * without the final 0, or a negative value when they do not fit. Size is in wide characters. */
+typedef int32_t TGM_CALL SWPRINTF(tgm_wchar *buffer, size_t size, const tgm_wchar *format, ...);
+/* Waits; *interval is a number of 100 ns. Forbidden in Program_04 and Program_05. */
+typedef void TGM_CALL SLEEPFT(int64_t *interval);
+/* Reserved by the manual: CAN telegram number Number with identifier Id and Dlc (0..8) data bytes. */
+typedef int32_t TGM_CALL CAN_TRANSMIT(uint32_t Number, uint32_t Id, uint32_t Dlc, uint8_t *Tx_Data);
+typedef int32_t TGM_CALL CAN_TRANSMITREMOTE(uint32_t Number, uint32_t Id, uint32_t Dlc, uint8_t *Tx_Data);
+/* Writes formatted text with a severity (0 information, 1 warning, 2 error) to the console. */
+typedef int32_t TGM_CALL RTWPRINTF_EX(int32_t severity, const tgm_wchar *format, ...);
+
+#if TGM_GENERATION == 4
+#include "tgm/layout_gen4.h"
+#else
+#error "TGM_GENERATION must be 4: other generations are not part of this SDK yet"
+#endif
+
+typedef PLC_DATA *PPLC_DATA;
+
+#ifndef TGM_HOST
+/*
+ * The six entry functions. All must exist; each returns a value. Program_Ini: 1 = go on, 0 = stop the
+ * start. The others return 1. (manual: "Functions PLC")
+ *   Program_Ini  once, before any cycle; its length is not limited
+ *   Program_01   lowest priority, own period, should stay below 20 % of it
+ *   Program_02   low priority, own period, interrupts Program_01
+ *   Program_03   medium priority, own period, interrupts Program_01 and 02
+ *   Program_04   every Cycle_Time, never interrupted, at most 10 % of it
+ *   Program_05   with every interpolator step, never interrupted, at most 10 microseconds
+ */
+#if defined(_WIN32)
+#define TGM_EXPORT
+#else
+#define TGM_EXPORT __attribute__((visibility("default")))
+#endif
+TGM_EXPORT long Program_Ini(PLC_DATA *pData);
+TGM_EXPORT long Program_01(PLC_DATA *pData);
+TGM_EXPORT long Program_02(PLC_DATA *pData);
+TGM_EXPORT long Program_03(PLC_DATA *pData);
+TGM_EXPORT long Program_04(PLC_DATA *pData);
+TGM_EXPORT long Program_05(PLC_DATA *pData);
+
+/* Freestanding memory functions of the SDK (sdk/src/mem.c); the usual contracts of ISO C. Compilers
+ * call them on their own, so every module is linked with them. */
+void *memcpy(void *to, const void *from, size_t size);
+void *memmove(void *to, const void *from, size_t size);
+void *memset(void *at, int value, size_t size);
+int memcmp(const void *a, const void *b, size_t size);
+#endif
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
