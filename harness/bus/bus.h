@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
 /*
  * bus.h - the EtherCAT bus as the emulated TG Motion uses it: SOEM on top of a simulated segment.
  *
@@ -63,7 +64,10 @@ struct bus_entry {
 
 enum bus_direction { BUS_OUTPUT, BUS_INPUT }; /* seen from the master */
 
-/* Builds the segment, lets SOEM scan and configure it up to SAFEOP. */
+/* Builds the segment, lets SOEM scan and configure it up to SAFEOP. 0, or negative errno with the
+ * reason in `why`: -EINVAL configuration, -ENOMEM, -EIO a slave refused (which, state, AL code),
+ * -EOVERFLOW process image or mapping too large. config->devices may go away afterwards, the
+ * stimuli they point to may not. */
 int bus_open(struct bus **out, const struct bus_config *config, char why[BUS_WHY]);
 void bus_close(struct bus *bus);
 
@@ -85,21 +89,28 @@ uint64_t bus_entry_get(struct bus_entry entry);
 int64_t bus_entry_sign(struct bus_entry entry);
 void bus_entry_set(struct bus_entry entry, uint64_t value);
 
-/* Asks all slaves for OP (they answer while process data flows). */
+/* Asks all slaves for OP. They go there while process data flows; drives want outputs first. A
+ * slave whose state shows an error (al_state as last read) is asked with an acknowledge. */
 void bus_request_op(struct bus *bus);
 
 /* One exchange: send queues the outputs at that time, receive takes what came back. receive returns
- * the working counter, or -1 when no frame came. No allocation. */
+ * the working counter, or -1 when no frame came; inputs then stay as they were. Outputs may be
+ * written at any time and leave with the next send. A frame not received before the next send is
+ * dropped. A frame needs its time on the wire (some microseconds): a receive earlier than that
+ * waits for it, up to one cycle, and bus_now() moves along. No allocation. */
 void bus_send(struct bus *bus, uint64_t now_ns);
 int bus_receive(struct bus *bus, uint64_t now_ns);
 int bus_expected_wkc(const struct bus *bus);
 
-/* Reads AL state and code of one slave by a register read (round robin by the caller); updates
- * bus_slave(). */
+/* Reads AL state and code of one slave by a register read of its own (round robin by the caller),
+ * beside process data in flight; updates bus_slave(). Both become 0 when the slave does not answer.
+ */
 void bus_poll_state(struct bus *bus, size_t slave);
 
-/* CoE upload/download, blocking in virtual time. 0, or negative errno; abort code in *abort when
- * -EPROTO. */
+/* CoE upload/download, blocking in virtual time: bus_now() is some milliseconds later afterwards,
+ * and the caller goes on from there; no process data flows meanwhile. 0, or negative errno: -EPROTO
+ * abort (code in *abort, which may be NULL), -ETIMEDOUT no answer, -EBADMSG not an answer, -ENOSPC
+ * data larger than *size, -EOPNOTSUPP slave without CoE, -EINVAL no such slave. */
 int bus_sdo_read(struct bus *bus, size_t slave, uint16_t index, uint8_t subindex, void *data,
                  size_t *size, uint32_t *abort);
 int bus_sdo_write(struct bus *bus, size_t slave, uint16_t index, uint8_t subindex, const void *data,

@@ -1,0 +1,231 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+#include "bus/client.h"
+
+#include <errno.h>
+#include <pthread.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* SOEM's mapping code keeps static state: one configuration at a time in the process. */
+static pthread_mutex_t configuring = PTHREAD_MUTEX_INITIALIZER;
+
+static int fail(char why[BUS_WHY], int error, const char *format, ...)
+{
+    va_list arguments;
+
+    va_start(arguments, format);
+    vsnprintf(why, BUS_WHY, format, arguments);
+    va_end(arguments);
+    return error;
+}
+
+/* Spreads consecutive slaves' seeds over all bits (splitmix64). */
+static uint64_t slave_seed(uint64_t seed, size_t index)
+{
+    uint64_t z = seed + 0x9e3779b97f4a7c15u * (index + 1);
+
+    z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9u;
+    z = (z ^ z >> 27) * 0x94d049bb133111ebu;
+    return z ^ z >> 31;
+}
+
+static bool transfer(void *far_end, uint8_t *frame, size_t length, uint64_t now_ns,
+                     uint64_t *back_ns)
+{
+    return segment_transfer(far_end, frame, length, now_ns, back_ns);
+}
+
+static int build_segment(struct bus *bus, const struct bus_config *config, char why[BUS_WHY])
+{
+    bus->slaves = calloc(config->device_count, sizeof *bus->slaves);
+    if (!bus->slaves)
+        return fail(why, -ENOMEM, "no memory for %zu slaves", config->device_count);
+    for (size_t i = 0; i < config->device_count; i++) {
+        const struct bus_device *device = &config->devices[i];
+        struct slave_setup setup = { .type = device_type_find(device->type),
+                                     .seed = slave_seed(config->seed, i),
+                                     .serial = (uint32_t)(i + 1),
+                                     .stimuli = device->stimuli,
+                                     .stimulus_count = device->stimulus_count };
+
+        if (!setup.type)
+            return fail(why, -EINVAL, "device %zu: no device type \"%s\"", i + 1, device->type);
+        setup.device = bus->devices[i] = calloc(1, setup.type->size);
+        if (!setup.device)
+            return fail(why, -ENOMEM, "no memory for device %zu", i + 1);
+        if (slave_init(&bus->slaves[i], &setup))
+            return fail(why, -EINVAL, "device type \"%s\": its SII does not fit", device->type);
+    }
+    segment_init(&bus->segment, bus->slaves, config->device_count);
+    return 0;
+}
+
+static void wire_context(struct bus *bus)
+{
+    bus->port.wire.far_end = &bus->segment;
+    bus->port.wire.transfer = transfer;
+    bus->port.clock = &bus->clock;
+    bus->context = (ecx_contextt){
+        .port = &bus->port,
+        .slavelist = bus->slavelist,
+        .slavecount = &bus->slavecount,
+        .maxslave = BUS_MAX_SLAVES + 1,
+        .grouplist = bus->grouplist,
+        .maxgroup = EC_MAXGROUP,
+        .esibuf = bus->esibuf,
+        .esimap = bus->esimap,
+        .elist = &bus->elist,
+        .idxstack = &bus->idxstack,
+        .ecaterror = &bus->ecaterror,
+        .DCtime = &bus->dctime,
+        .SMcommtype = bus->smcommtype,
+        .PDOassign = bus->pdoassign,
+        .PDOdesc = bus->pdodesc,
+        .eepSM = &bus->eepsm,
+        .eepFMMU = &bus->eepfmmu,
+    };
+}
+
+static const char *state_name(unsigned state)
+{
+    switch (state & AL_STATE) {
+    case AL_INIT:
+        return "INIT";
+    case AL_PREOP:
+        return "PREOP";
+    case AL_BOOT:
+        return "BOOT";
+    case AL_SAFEOP:
+        return "SAFEOP";
+    case AL_OP:
+        return "OP";
+    default:
+        return "no state";
+    }
+}
+
+static void take_states(struct bus *bus)
+{
+    ecx_readstate(&bus->context);
+    for (size_t i = 0; i < bus->slave_count; i++) {
+        bus->slave[i].al_state = bus->slavelist[i + 1].state;
+        bus->slave[i].al_code = bus->slavelist[i + 1].ALstatuscode;
+    }
+}
+
+/* SOEM reports only that not all slaves are there; people need to know which one, and why. */
+static int reach(struct bus *bus, unsigned state, char why[BUS_WHY])
+{
+    if (ecx_statecheck(&bus->context, 0, (uint16)state, EC_TIMEOUTSTATE) == state) {
+        take_states(bus);
+        return 0;
+    }
+    take_states(bus);
+    for (size_t i = 0; i < bus->slave_count; i++) {
+        const struct bus_slave *s = &bus->slave[i];
+
+        if ((s->al_state & AL_STATE) == state)
+            continue;
+        return fail(why, -EIO,
+                    "slave %zu (%s) stays in %s%s instead of %s: AL status code 0x%04X, %s", i + 1,
+                    s->name, state_name(s->al_state), s->al_state & AL_ERROR ? "+ERR" : "",
+                    state_name(state), s->al_code, ec_ALstatuscode2string(s->al_code));
+    }
+    return fail(why, -EIO, "%s not reached", state_name(state));
+}
+
+static int scan(struct bus *bus, size_t expected, char why[BUS_WHY])
+{
+    int found;
+
+    if (ecx_init(&bus->context, "segment") <= 0)
+        return fail(why, -EIO, "SOEM does not take the port");
+    found = ecx_config_init(&bus->context, FALSE);
+    if (found < 0 || (size_t)found != expected)
+        return fail(why, -EIO, "%d slaves answer, %zu are wired", found, expected);
+    bus->slave_count = (size_t)found;
+    for (size_t i = 0; i < bus->slave_count; i++) {
+        const ec_slavet *s = &bus->slavelist[i + 1];
+
+        snprintf(bus->slave[i].name, sizeof bus->slave[i].name, "%s", s->name);
+        bus->slave[i].vendor = s->eep_man;
+        bus->slave[i].product = s->eep_id;
+        bus->slave[i].revision = s->eep_rev;
+    }
+    return reach(bus, AL_PREOP, why);
+}
+
+/* The mapping is read in PREOP: SOEM's own pass over it keeps only the sums. */
+static int read_maps(struct bus *bus, char why[BUS_WHY])
+{
+    for (size_t i = 0; i < bus->slave_count; i++) {
+        int error = client_map_read(bus, i);
+
+        if (error)
+            return fail(why, error, "slave %zu (%s): its PDO mapping cannot be read", i + 1,
+                        bus->slave[i].name);
+    }
+    return 0;
+}
+
+static int configure(struct bus *bus, char why[BUS_WHY])
+{
+    int bytes;
+
+    pthread_mutex_lock(&configuring);
+    bytes = ecx_config_map_group(&bus->context, bus->iomap, 0);
+    pthread_mutex_unlock(&configuring);
+    if (bytes < 0 || bytes > CLIENT_IMAGE_MAX)
+        return fail(why, -EOVERFLOW, "process image of %d bytes is too large", bytes);
+    ecx_configdc(&bus->context);
+    for (size_t i = 0; i < bus->slave_count; i++) {
+        bus->slave[i].output_bits = bus->slavelist[i + 1].Obits;
+        bus->slave[i].input_bits = bus->slavelist[i + 1].Ibits;
+    }
+    return reach(bus, AL_SAFEOP, why);
+}
+
+int bus_open(struct bus **out, const struct bus_config *config, char why[BUS_WHY])
+{
+    struct bus_clock *previous;
+    struct bus *bus;
+    int error;
+
+    why[0] = '\0';
+    *out = NULL;
+    if (!config->device_count || config->device_count > BUS_MAX_SLAVES || !config->cycle_ns)
+        return fail(why, -EINVAL, "a bus has 1 to %d devices and a cycle; asked for %zu devices",
+                    BUS_MAX_SLAVES, config->device_count);
+    bus = calloc(1, sizeof *bus);
+    if (!bus)
+        return fail(why, -ENOMEM, "no memory for the bus");
+    bus->cycle_ns = config->cycle_ns;
+    bus->image = bus->image_bytes;
+    wire_context(bus);
+    previous = bus_clock_enter(&bus->clock);
+    error = build_segment(bus, config, why);
+    if (!error)
+        error = scan(bus, config->device_count, why);
+    if (!error)
+        error = read_maps(bus, why);
+    if (!error)
+        error = configure(bus, why);
+    bus_clock_enter(previous);
+    if (error)
+        bus_close(bus);
+    else
+        *out = bus;
+    return error;
+}
+
+void bus_close(struct bus *bus)
+{
+    if (!bus)
+        return;
+    for (size_t i = 0; i < BUS_MAX_SLAVES; i++)
+        free(bus->devices[i]);
+    free(bus->slaves);
+    free(bus);
+}

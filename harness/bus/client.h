@@ -1,0 +1,73 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/* client.h - the inside of struct bus, shared by the client's source files. */
+#ifndef HARNESS_BUS_CLIENT_H
+#define HARNESS_BUS_CLIENT_H
+
+#include "bus/bus.h"
+#include "bus/port/clock.h"
+#include "bus/segment.h"
+#include "bus/slave.h"
+
+#include "oshw.h"
+#include "osal.h"
+#include "ethercattype.h"
+#include "ethercatbase.h"
+#include "ethercatmain.h"
+#include "ethercatdc.h"
+#include "ethercatcoe.h"
+#include "ethercatconfig.h"
+#include "ethercatprint.h"
+
+#define CLIENT_ENTRIES   64    /* mapped entries of one slave and direction */
+#define CLIENT_IMAGE_MAX 65536 /* SOEM's logical space of one group */
+
+struct client_entry {
+    uint16_t index;
+    uint8_t subindex, bits;
+    uint32_t first; /* bit within the slave's process data of that direction */
+};
+
+struct client_map {
+    unsigned count;
+    struct client_entry entry[CLIENT_ENTRIES];
+};
+
+struct bus {
+    struct bus_clock clock;
+    uint32_t cycle_ns;
+    size_t slave_count;
+    struct bus_slave slave[BUS_MAX_SLAVES];
+    struct client_map map[BUS_MAX_SLAVES][2]; /* by enum bus_direction */
+
+    struct segment segment;
+    struct slave *slaves;
+    void *devices[BUS_MAX_SLAVES];
+
+    ecx_contextt context;
+    ecx_portt port;
+    ec_slavet slavelist[BUS_MAX_SLAVES + 1];
+    int slavecount;
+    ec_groupt grouplist[EC_MAXGROUP];
+    uint8 esibuf[EC_MAXEEPBUF];
+    uint32 esimap[EC_MAXEEPBITMAP];
+    ec_eringt elist;
+    ec_idxstackT idxstack;
+    boolean ecaterror;
+    int64 dctime;
+    ec_SMcommtypet smcommtype[EC_MAX_MAPT];
+    ec_PDOassignt pdoassign[EC_MAX_MAPT];
+    ec_PDOdesct pdodesc[EC_MAX_MAPT];
+    ec_eepromSMt eepsm;
+    ec_eepromFMMUt eepfmmu;
+    uint8 iomap[CLIENT_IMAGE_MAX];
+
+    /* What the user of bus.h reads and writes, laid out like iomap. SOEM copies a returning LRW
+     * over outputs and inputs alike; outputs written since the send must survive that. */
+    uint8_t *image; /* = image_bytes: writable for those who hold a const bus, too */
+    uint8_t image_bytes[CLIENT_IMAGE_MAX];
+};
+
+/* Reads the mapping of slave `index` (from 0) over CoE or from the SII. 0 or negative errno. */
+int client_map_read(struct bus *bus, size_t index);
+
+#endif

@@ -1,0 +1,58 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * device.h - what stands above a slave controller: the application side of a slave.
+ *
+ * A device type is one const row: identity and SII content as data, an object dictionary when it
+ * speaks CoE, and a handful of callbacks. Adding a device is one file with such a row and one line
+ * in devices.c. Callbacks run inside segment processing: they must not block, allocate or look at
+ * any clock but the one they are given.
+ */
+#ifndef HARNESS_BUS_DEVICE_H
+#define HARNESS_BUS_DEVICE_H
+
+#include "bus/bus.h"
+#include "bus/od.h"
+#include "bus/sii.h"
+
+/* What a device instance is born with. */
+struct device_setup {
+    uint64_t seed; /* differs per slave; the only source of variation */
+    uint32_t serial;
+    const struct bus_stimulus *stimuli;
+    size_t stimulus_count;
+};
+
+struct device_type {
+    const char *name;        /* as in bus_device.type */
+    const char *description; /* one line for people */
+    const struct sii_info *sii;
+    size_t size; /* of an instance; zeroed memory is given to init */
+
+    /* Device emulation: the controller copies AL control to AL status and nobody checks anything,
+     * as in terminals without a processor. */
+    bool al_emulation;
+    bool dc; /* has a distributed clock; without, its registers do not answer */
+
+    /* NULL for devices without CoE; `od->pdo` then decides the process image sizes. */
+    const struct od *od;
+
+    void (*init)(void *device, const struct device_setup *setup);
+    /* The AL state has become `state` (AL_* of registers.h). */
+    void (*state)(void *device, unsigned state, uint64_t now_ns);
+    /* Lets time pass up to now_ns. Results must not depend on how the time is cut into calls. */
+    void (*step)(void *device, uint64_t now_ns);
+    /* New outputs arrived in OP. */
+    void (*outputs)(void *device, const uint8_t *data, size_t length, uint64_t now_ns);
+    /* Fills the input image; called after step(). */
+    void (*inputs)(void *device, uint8_t *data, size_t length);
+    /* The process data watchdog expired in OP. */
+    void (*watchdog)(void *device, uint64_t now_ns);
+    /* Level of the digital output pins for register 0x0F10; NULL when the device has none. */
+    uint32_t (*pins)(const void *device);
+};
+
+/* NULL past the end. */
+const struct device_type *device_type(size_t index);
+const struct device_type *device_type_find(const char *name);
+
+#endif

@@ -1,0 +1,37 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+#include "bus/device.h"
+
+#include <string.h>
+
+extern const struct device_type dev_drive_cia402;
+extern const struct device_type dev_dio_8x8;
+
+static const struct device_type *const types[] = {
+    &dev_drive_cia402,
+    &dev_dio_8x8,
+};
+
+const struct device_type *device_type(size_t index)
+{
+    return index < sizeof types / sizeof *types ? types[index] : NULL;
+}
+
+const struct device_type *device_type_find(const char *name)
+{
+    const struct device_type *type;
+
+    for (size_t i = 0; (type = device_type(i)); i++) {
+        if (strcmp(type->name, name) == 0)
+            return type;
+    }
+    return NULL;
+}
+
+const char *bus_device_type(size_t index, const char **description)
+{
+    const struct device_type *type = device_type(index);
+
+    if (description)
+        *description = type ? type->description : NULL;
+    return type ? type->name : NULL;
+}

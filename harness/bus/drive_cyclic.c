@@ -1,0 +1,133 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/* The cyclic synchronous modes. The master sends a set point every cycle; the drive walks from one
+ * to the next in a straight line while the cycle lasts. */
+#include "bus/drive.h"
+
+#include <stddef.h>
+
+/* A gap longer than this is not a cycle. */
+#define LONGEST_CYCLE_NS 20000000u
+
+static uint64_t configured_period(const struct drive_objects *o)
+{
+    uint64_t ns = o->period_value;
+
+    for (int e = o->period_exponent; e > -9; e--)
+        ns *= 10;
+    return ns;
+}
+
+/* The cycle is what the drive measures between set points; 0x60C2 until there have been two. */
+static void measure(struct drive *drive, uint64_t now_ns)
+{
+    uint64_t gap = now_ns - drive->arrived_ns;
+
+    if (drive->arrived_ns && gap && gap <= LONGEST_CYCLE_NS)
+        drive->interval_ns = gap;
+    drive->arrived_ns = now_ns;
+}
+
+static uint32_t steps_per_cycle(const struct drive *drive)
+{
+    uint64_t period = drive->interval_ns ? drive->interval_ns : configured_period(&drive->o);
+    uint32_t steps = (uint32_t)(period / AXIS_STEP_NS);
+
+    return steps ? steps : 1;
+}
+
+static void hold_position(struct drive *drive)
+{
+    drive_demand_actual(drive);
+    drive->target = drive_actual(drive);
+    drive->steps_left = 0;
+    drive->demand_velocity = 0.0;
+}
+
+static void csp_command(struct drive *drive, uint64_t now_ns)
+{
+    double end;
+
+    measure(drive, now_ns);
+    drive->target = drive_unwrap(drive, drive->o.target_position, drive->target);
+    drive->steps_left = steps_per_cycle(drive);
+    end = (double)drive->target / AXIS_INCREMENTS;
+    drive->demand_velocity = (end - drive->demand) / (drive->steps_left * AXIS_STEP_S);
+}
+
+static void csp_step(struct drive *drive)
+{
+    if (drive->steps_left > 1) {
+        drive->demand += drive->demand_velocity * AXIS_STEP_S;
+        drive->steps_left--;
+    } else if (drive->steps_left == 1) {
+        /* The end of the line exactly, whatever the steps have rounded. */
+        drive->demand = (double)drive->target / AXIS_INCREMENTS;
+        drive->steps_left--;
+    } else {
+        drive->demand_velocity = 0.0;
+    }
+    drive->positioned = true;
+    axis_follow(&drive->axis, drive->demand, drive->demand_velocity);
+}
+
+static uint16_t csp_status(const struct drive *drive)
+{
+    int64_t away = drive->target - drive_actual(drive);
+    int64_t window = drive->o.position_window;
+
+    return (uint16_t)(SW_MODE_12 | (away <= window && away >= -window ? SW_TARGET_REACHED : 0));
+}
+
+static void csv_start(struct drive *drive)
+{
+    drive_demand_actual(drive);
+    drive->target_velocity = drive->axis.velocity;
+    drive->steps_left = 0;
+}
+
+static void csv_command(struct drive *drive, uint64_t now_ns)
+{
+    measure(drive, now_ns);
+    drive->target_velocity = drive->o.target_velocity / AXIS_INCREMENTS;
+    drive->steps_left = steps_per_cycle(drive);
+}
+
+static void csv_step(struct drive *drive)
+{
+    if (drive->steps_left) {
+        drive->demand_velocity +=
+            (drive->target_velocity - drive->demand_velocity) / drive->steps_left;
+        drive->steps_left--;
+    }
+    drive->demand = drive->axis.position;
+    axis_turn(&drive->axis, drive->demand_velocity);
+}
+
+static void cst_start(struct drive *drive)
+{
+    drive_demand_actual(drive);
+}
+
+static void cst_command(struct drive *drive, uint64_t now_ns)
+{
+    (void)drive, (void)now_ns;
+}
+
+static void cst_step(struct drive *drive)
+{
+    drive_demand_actual(drive);
+    axis_push(&drive->axis, drive->o.target_torque / 1000.0);
+}
+
+static uint16_t follows(const struct drive *drive)
+{
+    (void)drive;
+    return SW_MODE_12;
+}
+
+const struct drive_mode drive_cyclic_position = { DRIVE_CSP, hold_position, csp_command, csp_step,
+                                                  csp_status };
+const struct drive_mode drive_cyclic_velocity = { DRIVE_CSV, csv_start, csv_command, csv_step,
+                                                  follows };
+const struct drive_mode drive_cyclic_torque = { DRIVE_CST, cst_start, cst_command, cst_step,
+                                                follows };

@@ -1,0 +1,136 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+#include "oshw.h"
+#include "osal.h"
+#include "bus/bytes.h"
+
+#include <string.h>
+
+enum {
+    HEADER = 14,
+    FRAME_MIN = 60,
+    US = 1000,
+};
+
+/* Frames are marked with this source address; the segment changes its second bit on the way. */
+const uint16 priMAC[3] = { 0x0101, 0x0101, 0x0101 };
+const uint16 secMAC[3] = { 0x0404, 0x0404, 0x0404 };
+
+uint16 oshw_htons(uint16 hostshort)
+{
+    uint8_t bytes[2] = { (uint8_t)(hostshort >> 8), (uint8_t)hostshort };
+    uint16 network;
+
+    memcpy(&network, bytes, sizeof network);
+    return network;
+}
+
+uint16 oshw_ntohs(uint16 networkshort)
+{
+    return oshw_htons(networkshort);
+}
+
+ec_adaptert *oshw_find_adapters(void)
+{
+    return NULL;
+}
+
+void oshw_free_adapters(ec_adaptert *adapter)
+{
+    (void)adapter;
+}
+
+void ec_setupheader(void *p)
+{
+    static const uint8_t header[HEADER] = { 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0x01,
+                                            0x01, 0x01, 0x01, 0x01, 0x01, 0x88, 0xa4 };
+
+    memcpy(p, header, sizeof header);
+}
+
+int ecx_setupnic(ecx_portt *port, const char *ifname, int secondary)
+{
+    (void)ifname;
+    if (secondary || !port->wire.transfer || !port->clock)
+        return 0;
+    port->lastidx = 0;
+    for (int i = 0; i < EC_MAXBUF; i++) {
+        ec_setupheader(port->txbuf[i]);
+        port->rxbufstat[i] = EC_BUF_EMPTY;
+    }
+    return 1;
+}
+
+int ecx_closenic(ecx_portt *port)
+{
+    memset(&port->wire, 0, sizeof port->wire);
+    return 0;
+}
+
+/* When all are taken the oldest is reused: what is still in flight under it is lost. */
+uint8 ecx_getindex(ecx_portt *port)
+{
+    unsigned idx = port->lastidx;
+
+    for (unsigned tried = 0; tried < EC_MAXBUF; tried++) {
+        idx = (idx + 1) % EC_MAXBUF;
+        if (port->rxbufstat[idx] == EC_BUF_EMPTY)
+            break;
+    }
+    port->rxbufstat[idx] = EC_BUF_ALLOC;
+    port->lastidx = (uint8)idx;
+    return (uint8)idx;
+}
+
+void ecx_setbufstat(ecx_portt *port, uint8 idx, int bufstat)
+{
+    port->rxbufstat[idx] = bufstat;
+}
+
+/* SOEM sends the same txbuf again when an answer stays away, so it must stay as it is: the segment
+ * works on a copy. */
+int ecx_outframe_red(ecx_portt *port, uint8 idx)
+{
+    size_t length = (size_t)port->txbuflength[idx];
+    size_t padded = length < FRAME_MIN ? FRAME_MIN : length;
+
+    port->rxbufstat[idx] = EC_BUF_TX;
+    memcpy(port->air, port->txbuf[idx], length);
+    memset(port->air + length, 0, padded - length);
+    if (!port->wire.transfer(port->wire.far_end, port->air, padded, port->clock->now_ns,
+                             &port->back_ns[idx]))
+        return (int)padded;
+    memcpy(port->rxbuf[idx], port->air + HEADER, length - HEADER);
+    port->rxbufstat[idx] = EC_BUF_RCVD;
+    return (int)padded;
+}
+
+/* Working counter of the last datagram: two bytes behind what the EtherCAT header counts. */
+static int last_wkc(const uint8 *frame)
+{
+    return get_u16(frame + (get_u16(frame) & 0x07ff));
+}
+
+int ecx_waitinframe(ecx_portt *port, uint8 idx, int timeout)
+{
+    uint64_t patience_ns = port->clock->now_ns + (uint64_t)timeout * US;
+
+    if (port->rxbufstat[idx] != EC_BUF_RCVD || port->back_ns[idx] > patience_ns) {
+        bus_clock_reach(port->clock, patience_ns);
+        return EC_NOFRAME;
+    }
+    bus_clock_reach(port->clock, port->back_ns[idx]);
+    port->rxbufstat[idx] = EC_BUF_COMPLETE;
+    return last_wkc(port->rxbuf[idx]);
+}
+
+int ecx_srconfirm(ecx_portt *port, uint8 idx, int timeout)
+{
+    uint64_t until_ns = port->clock->now_ns + (uint64_t)timeout * US;
+    int wkc;
+
+    do {
+        ecx_outframe_red(port, idx);
+        wkc = ecx_waitinframe(port, idx, timeout < EC_TIMEOUTRET ? timeout : EC_TIMEOUTRET);
+    } while (wkc <= EC_NOFRAME && port->clock->now_ns < until_ns);
+    return wkc;
+}

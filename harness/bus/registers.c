@@ -1,0 +1,278 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+#include "bus/slave_parts.h"
+
+#include <string.h>
+
+enum { R = 1, W = 2, RW = R | W, DC = 4 };
+
+typedef bool (*write_hook)(struct slave *, uint16_t, const uint8_t *, size_t);
+typedef void (*read_hook)(struct slave *, uint16_t, size_t);
+
+static bool clear_rx_errors(struct slave *slave, uint16_t address, const uint8_t *data,
+                            size_t length)
+{
+    (void)address, (void)data, (void)length;
+    memset(slave->memory + REG_RX_ERRORS, 0, 12);
+    return true;
+}
+
+static bool clear_byte(struct slave *slave, uint16_t address, const uint8_t *data, size_t length)
+{
+    (void)data;
+    memset(slave->memory + address, 0, length);
+    return true;
+}
+
+static bool clear_lost_links(struct slave *slave, uint16_t address, const uint8_t *data,
+                             size_t length)
+{
+    (void)address, (void)data, (void)length;
+    memset(slave->memory + REG_LOST_LINK, 0, 4);
+    return true;
+}
+
+static void clear_event(struct slave *slave, unsigned event)
+{
+    uint8_t *r = slave->memory + REG_ECAT_EVENT;
+
+    put_u16(r, get_u16(r) & ~event);
+}
+
+static void read_dl_status(struct slave *slave, uint16_t address, size_t length)
+{
+    (void)address, (void)length;
+    clear_event(slave, EVENT_DL_STATUS);
+}
+
+static void read_al_status(struct slave *slave, uint16_t address, size_t length)
+{
+    (void)address, (void)length;
+    clear_event(slave, EVENT_AL_STATUS);
+}
+
+static unsigned sm_events(const struct slave *slave)
+{
+    unsigned events = 0;
+
+    for (unsigned n = 0; n < slave->sm_end; n++) {
+        uint8_t status = slave->memory[REG_SM + n * SM_SIZE + SM_STATUS];
+
+        if (slave->sm[n].enabled && (status & (SM_STATUS_WRITTEN | SM_STATUS_READ)))
+            events |= (unsigned)EVENT_SM0 << n;
+    }
+    return events;
+}
+
+static void read_events(struct slave *slave, uint16_t address, size_t length)
+{
+    uint8_t *r = slave->memory + REG_ECAT_EVENT;
+
+    (void)address, (void)length;
+    put_u16(r, (get_u16(r) & (EVENT_SM0 - 1u)) | sm_events(slave));
+}
+
+uint16_t slave_irq(const struct slave *slave)
+{
+    unsigned mask = get_u16(slave->memory + REG_ECAT_EVENT_MASK);
+    unsigned events = get_u16(slave->memory + REG_ECAT_EVENT) & (EVENT_SM0 - 1u);
+
+    if (mask >= EVENT_SM0)
+        events |= sm_events(slave);
+    return (uint16_t)(events & mask);
+}
+
+static void read_pins(struct slave *slave, uint16_t address, size_t length)
+{
+    (void)address, (void)length;
+    if (slave->type->pins)
+        put_u32(slave->memory + REG_GPO, slave->type->pins(slave->device));
+}
+
+/* Three consecutive writes of 'R', 'E', 'S' reset the controller; here that is what a power cycle
+ * does to the AL state machine. The register keeps the progress. */
+static bool write_reset(struct slave *slave, uint16_t address, const uint8_t *data, size_t length)
+{
+    static const char word[] = "RES";
+    uint8_t *progress = slave->memory + REG_ECAT_RESET;
+
+    (void)address, (void)length;
+    *progress = (uint8_t)(data[0] == (uint8_t)word[*progress] ? *progress + 1 : data[0] == 'R');
+    if (*progress == 3) {
+        *progress = 0;
+        al_fall(slave, AL_INIT, AL_CODE_NONE);
+        registers_reset(slave);
+        sii_load(slave, true);
+    }
+    return true;
+}
+
+/* What answers at all. Sorted; an address without a row gives no working counter. */
+static const struct row {
+    uint16_t first, last;
+    uint8_t access;
+    write_hook write;
+    read_hook refresh;
+} rows[] = {
+    { 0x0000, 0x0009, R, NULL, NULL },
+    { 0x0010, 0x0011, RW, NULL, NULL },
+    { 0x0012, 0x0013, R, NULL, NULL },
+    { 0x0020, 0x0021, RW, NULL, NULL },
+    { 0x0030, 0x0031, RW, NULL, NULL },
+    { 0x0040, 0x0040, RW, write_reset, NULL },
+    { 0x0041, 0x0041, R, NULL, NULL },
+    { 0x0100, 0x0103, RW, NULL, NULL },
+    { 0x0108, 0x0109, RW, NULL, NULL },
+    { 0x0110, 0x0111, R, NULL, read_dl_status },
+    { 0x0120, 0x0121, RW, al_write_control, NULL },
+    { 0x0130, 0x0131, R, NULL, read_al_status },
+    { 0x0132, 0x0133, R, NULL, NULL },
+    { 0x0134, 0x0135, R, NULL, NULL },
+    { 0x0138, 0x0139, RW, NULL, NULL },
+    { 0x0140, 0x0141, R, NULL, NULL },
+    { 0x0150, 0x0153, R, NULL, NULL },
+    { 0x0200, 0x0201, RW, NULL, NULL },
+    { 0x0204, 0x0207, R, NULL, NULL },
+    { 0x0210, 0x0211, R, NULL, read_events },
+    { 0x0220, 0x0223, R, NULL, NULL },
+    { 0x0300, 0x030b, RW, clear_rx_errors, NULL },
+    { 0x030c, 0x030d, RW, clear_byte, NULL },
+    { 0x030e, 0x030e, R, NULL, NULL },
+    { 0x0310, 0x0313, RW, clear_lost_links, NULL },
+    { 0x0400, 0x0401, RW, watchdog_write_registers, NULL },
+    { 0x0410, 0x0411, RW, watchdog_write_registers, NULL },
+    { 0x0420, 0x0421, RW, watchdog_write_registers, NULL },
+    { 0x0440, 0x0441, R, NULL, NULL },
+    { 0x0442, 0x0443, RW, watchdog_clear_counters, NULL },
+    { 0x0500, 0x0500, RW, sii_write, NULL },
+    { 0x0501, 0x0501, R, NULL, NULL },
+    { 0x0502, 0x050f, RW, sii_write, sii_refresh },
+    { 0x0600, 0x067f, RW, fmmu_write_registers, NULL },
+    { 0x0800, 0x083f, RW, syncman_write_registers, NULL },
+    { 0x0900, 0x090f, RW | DC, dc_latch_ports, NULL },
+    { 0x0910, 0x0917, RW | DC, dc_write_time, dc_refresh },
+    { 0x0918, 0x091f, R | DC, NULL, NULL },
+    { 0x0920, 0x092b, RW | DC, NULL, NULL },
+    { 0x092c, 0x092f, R | DC, NULL, dc_refresh },
+    { 0x0930, 0x0931, RW | DC, dc_write_speed, NULL },
+    { 0x0932, 0x0933, R | DC, NULL, NULL },
+    { 0x0934, 0x0935, RW | DC, NULL, NULL },
+    { 0x0980, 0x0981, RW | DC, NULL, NULL },
+    { 0x0982, 0x0984, R | DC, NULL, NULL },
+    { 0x098e, 0x098f, R | DC, NULL, NULL },
+    { 0x0990, 0x0997, RW | DC, NULL, NULL },
+    { 0x0998, 0x099f, R | DC, NULL, NULL },
+    { 0x09a0, 0x09a7, RW | DC, NULL, NULL },
+    { 0x0f00, 0x0f03, RW, NULL, NULL },
+    { 0x0f10, 0x0f13, R, NULL, read_pins },
+    { 0x0f18, 0x0f1f, R, NULL, NULL },
+};
+#define ROWS (sizeof rows / sizeof *rows)
+
+/* First row that ends at or behind `address`. */
+static size_t first_row(uint32_t address)
+{
+    size_t low = 0, high = ROWS;
+
+    while (low < high) {
+        size_t middle = (low + high) / 2;
+
+        if (rows[middle].last < address)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return low;
+}
+
+struct part {
+    uint16_t address;
+    size_t offset, length;
+};
+
+static bool part_of(const struct slave *slave, const struct row *row, unsigned access,
+                    uint32_t address, size_t length, struct part *part)
+{
+    uint32_t first = row->first > address ? row->first : address;
+    uint32_t last = (uint32_t)(address + length - 1);
+
+    if (last > row->last)
+        last = row->last;
+    if (first > last || !(row->access & access))
+        return false;
+    if ((row->access & DC) && !(slave->memory[REG_FEATURES] & FEATURE_DC))
+        return false;
+    part->address = (uint16_t)first;
+    part->offset = first - address;
+    part->length = last - first + 1;
+    return true;
+}
+
+bool registers_read(struct slave *slave, uint32_t address, uint8_t *data, size_t length)
+{
+    bool any = false;
+
+    for (size_t i = first_row(address); i < ROWS && rows[i].first < address + length; i++) {
+        struct part p;
+
+        if (!part_of(slave, &rows[i], R, address, length, &p))
+            continue;
+        if (rows[i].refresh)
+            rows[i].refresh(slave, p.address, p.length);
+        memcpy(data + p.offset, slave->memory + p.address, p.length);
+        any = true;
+    }
+    return any;
+}
+
+bool registers_write(struct slave *slave, uint32_t address, const uint8_t *data, size_t length)
+{
+    bool any = false;
+
+    for (size_t i = first_row(address); i < ROWS && rows[i].first < address + length; i++) {
+        struct part p;
+
+        if (!part_of(slave, &rows[i], W, address, length, &p))
+            continue;
+        if (rows[i].write) {
+            any |= rows[i].write(slave, p.address, data + p.offset, p.length);
+        } else {
+            memcpy(slave->memory + p.address, data + p.offset, p.length);
+            any = true;
+        }
+    }
+    return any;
+}
+
+void registers_reset(struct slave *slave)
+{
+    static const struct {
+        uint16_t address, value;
+    } initial[] = {
+        { REG_TYPE, 0x11 },
+        { REG_BUILD, 0x0002 },
+        { REG_FMMU_COUNT, SLAVE_FMMUS | SLAVE_SMS << 8 },
+        { REG_RAM_SIZE, SLAVE_RAM_KIB | 0x0f << 8 }, /* ports 0 and 1 MII */
+        { REG_DL_CONTROL, DL_CONTROL_FORWARDING },
+        { REG_DL_CONTROL + 2, 0x0007 },
+        { REG_AL_CONTROL, AL_INIT },
+        { REG_AL_STATUS, AL_INIT },
+        { REG_ECAT_EVENT, EVENT_DL_STATUS },
+        { REG_WD_DIVIDER, 0x09c2 },
+        { REG_WD_PDI, 0x03e8 },
+        { REG_WD_SM, 0x03e8 },
+        { REG_DC_SPEED_START, 0x1000 },
+        { REG_DC_FILTER, 0x0c04 },
+    };
+
+    unsigned links = get_u16(slave->memory + REG_DL_STATUS) & ~(unsigned)DL_STATUS_PDI;
+
+    memset(slave->memory, 0, REG_RAM);
+    put_u16(slave->memory + REG_DL_STATUS, links);
+    for (size_t i = 0; i < sizeof initial / sizeof *initial; i++)
+        put_u16(slave->memory + initial[i].address, initial[i].value);
+    put_u16(slave->memory + REG_FEATURES, slave->type->dc ? FEATURE_DC | FEATURE_DC_64 : 0);
+    memset(slave->sm, 0, sizeof slave->sm);
+    memset(slave->fmmu, 0, sizeof slave->fmmu);
+    slave->sm_end = slave->fmmu_end = 0;
+    watchdog_configure(slave);
+}

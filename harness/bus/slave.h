@@ -1,0 +1,135 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * slave.h - one EtherCAT slave controller with its device: register file, process memory, sync
+ * managers, FMMUs, AL state machine, mailbox, distributed clock, watchdog, SII.
+ *
+ * A slave knows nothing of frames and of its neighbours; the segment hands it single accesses. All
+ * time is the virtual time given to slave_advance(); nothing happens between two calls that would
+ * not have happened the same way with calls in between.
+ */
+#ifndef HARNESS_BUS_SLAVE_H
+#define HARNESS_BUS_SLAVE_H
+
+#include "bus/device.h"
+#include "bus/mailbox.h"
+#include "bus/registers.h"
+#include "bus/sii.h"
+
+#define SLAVE_SMS     8
+#define SLAVE_FMMUS   8
+#define SLAVE_RAM_KIB 8
+#define SLAVE_MEMORY  (REG_RAM + SLAVE_RAM_KIB * 1024)
+#define SLAVE_NEVER   UINT64_MAX
+
+/* How long the simulated slave controllers and their processors take. Real ones vary widely
+ * (ethercat.md 3.3, 4, 6.2); these lie inside what was measured there and make masters poll at
+ * least once. */
+#define SLAVE_AL_NS           500000
+#define SLAVE_MAILBOX_NS      300000
+#define SLAVE_SII_READ_NS     150000
+#define SLAVE_SII_WRITE_NS    3000000
+#define SLAVE_FIRST_OUTPUT_NS 200000000 /* patience for outputs on the way to OP */
+
+/* A sync manager as decoded from its registers. */
+struct syncman {
+    uint16_t start, length;
+    uint16_t span; /* bytes it occupies: length, or three times that when buffered */
+    bool enabled, usable, mailbox, buffered, master_writes, watchdog;
+    bool full;                    /* mailbox */
+    bool open;                    /* the master has opened the area at its first byte */
+    uint8_t latest;               /* buffered: last complete buffer, 3 none */
+    uint8_t master_at, device_at; /* buffered: buffer each side is in */
+};
+
+struct fmmu {
+    bool active, reads, writes, bytewise;
+    uint32_t first, last; /* logical bytes */
+    uint8_t first_bit, last_bit;
+    uint16_t physical;
+    uint8_t physical_bit;
+};
+
+struct al {
+    bool pending; /* AL control written, application has not looked yet */
+    uint16_t request;
+    uint64_t due_ns;
+    bool wait_outputs; /* on the way to OP until the first outputs come or due_ns passes */
+    bool outputs_seen;
+};
+
+struct watchdog {
+    uint64_t period_ns; /* 0: off */
+    uint64_t deadline_ns;
+    bool running;
+};
+
+struct dc {
+    uint64_t anchor_ns; /* virtual time of the anchor */
+    int64_t anchor_local;
+    int64_t drift_ppb;
+    int64_t trim_ppb, integral_ppb;
+    uint64_t compared_ns;
+    int64_t mean;
+};
+
+struct slave {
+    const struct device_type *type;
+    void *device;
+    uint64_t now_ns; /* virtual time at this slave */
+    uint64_t due_ns; /* earliest of al, mailbox, watchdog; may be too early, never too late */
+    uint8_t state;   /* AL state without error bit */
+    int8_t output_sm, input_sm;
+
+    uint32_t delay_ns;  /* from the master to this slave's processing unit */
+    uint32_t return_ns; /* from there round the rest of the chain back to port 1; 0: last slave */
+
+    struct syncman sm[SLAVE_SMS];
+    uint8_t sm_end; /* one past the last enabled */
+    struct fmmu fmmu[SLAVE_FMMUS];
+    uint8_t fmmu_end;
+    bool fmmu_crossed; /* a read and a write mapping share logical bytes */
+    uint32_t logical_first, logical_last;
+    bool outputs_fresh;
+
+    struct al al;
+    struct watchdog watchdog;
+    struct dc dc;
+    struct mailbox mailbox;
+    uint64_t sii_busy_until;
+
+    uint8_t image[SII_SIZE];
+    uint8_t memory[SLAVE_MEMORY];
+};
+
+struct slave_setup {
+    const struct device_type *type;
+    void *device; /* type->size zeroed bytes, outlives the slave */
+    uint64_t seed;
+    uint32_t serial;
+    const struct bus_stimulus *stimuli;
+    size_t stimulus_count;
+};
+
+/* Power-on at virtual time 0. 0, or -EINVAL when the type's SII does not build or its mailbox is
+ * larger than MAILBOX_MAX. */
+int slave_init(struct slave *slave, const struct slave_setup *setup);
+
+/* Lets virtual time at this slave pass up to now_ns; earlier times are ignored. */
+void slave_advance(struct slave *slave, uint64_t now_ns);
+/* To be called after a frame has passed: the device sees what the frame brought. */
+void slave_settle(struct slave *slave);
+
+/* Accesses from the wire. True: at least one byte was accessible (working counter). Bytes of data
+ * that were not accessible stay as they are. */
+bool slave_read(struct slave *slave, uint16_t address, uint8_t *data, size_t length);
+bool slave_write(struct slave *slave, uint16_t address, const uint8_t *data, size_t length);
+/* Read-write: data comes back with the old content. Bit 0 read, bit 1 written. */
+unsigned slave_exchange(struct slave *slave, uint16_t address, uint8_t *data, size_t length);
+/* Logical access through the FMMUs; `reads`/`writes` select the directions. Bits as above. */
+unsigned slave_logical(struct slave *slave, uint32_t address, uint8_t *data, size_t length,
+                       bool reads, bool writes);
+
+uint16_t slave_irq(const struct slave *slave);
+bool slave_is_addressed(const struct slave *slave, uint16_t station);
+
+#endif

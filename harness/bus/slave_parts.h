@@ -1,0 +1,69 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * slave_parts.h - what the parts of a slave controller owe each other; nobody outside the slave
+ * includes this. Register hooks take the place of the plain store (write) or run just before the
+ * plain load (refresh) of the register block they are named for in registers.c.
+ */
+#ifndef HARNESS_BUS_SLAVE_PARTS_H
+#define HARNESS_BUS_SLAVE_PARTS_H
+
+#include "bus/bytes.h"
+#include "bus/slave.h"
+
+/* registers.c */
+void registers_reset(struct slave *slave);
+bool registers_read(struct slave *slave, uint32_t address, uint8_t *data, size_t length);
+bool registers_write(struct slave *slave, uint32_t address, const uint8_t *data, size_t length);
+
+/* syncman.c */
+bool syncman_write_registers(struct slave *slave, uint16_t address, const uint8_t *data,
+                             size_t length);
+/* The sync manager that owns `address`, or NULL; *span: bytes from there of one owner. */
+struct syncman *syncman_at(struct slave *slave, uint32_t address, size_t limit, size_t *span);
+bool syncman_master_read(struct slave *slave, struct syncman *sm, uint32_t address, uint8_t *data,
+                         size_t length);
+bool syncman_master_write(struct slave *slave, struct syncman *sm, uint32_t address,
+                          const uint8_t *data, size_t length);
+/* What a master write at `address` would meet, without side effects: for bit-wise FMMUs. */
+uint8_t syncman_peek(const struct slave *slave, uint32_t address);
+/* Device side. Process data: the buffer to read from or to fill; _done makes it the latest. */
+const uint8_t *syncman_device_read(struct slave *slave, unsigned n);
+uint8_t *syncman_device_fill(struct slave *slave, unsigned n);
+void syncman_device_done(struct slave *slave, unsigned n);
+/* Device side, mailbox. */
+bool syncman_device_take(struct slave *slave, unsigned n, uint8_t *data, size_t room, size_t *size);
+bool syncman_device_put(struct slave *slave, unsigned n, const uint8_t *data, size_t length);
+/* Forgets what a mailbox holds. */
+void syncman_device_clear(struct slave *slave, unsigned n);
+void syncman_repeat_done(struct slave *slave);
+
+/* fmmu.c */
+bool fmmu_write_registers(struct slave *slave, uint16_t address, const uint8_t *data,
+                          size_t length);
+
+/* al.c */
+bool al_write_control(struct slave *slave, uint16_t address, const uint8_t *data, size_t length);
+void al_run(struct slave *slave);
+/* Falls to `state` with the error bit and a code. */
+void al_fall(struct slave *slave, unsigned state, uint16_t code);
+/* A sync manager's registers changed under a running state. */
+void al_check_running(struct slave *slave);
+
+/* watchdog.c */
+bool watchdog_write_registers(struct slave *slave, uint16_t address, const uint8_t *data,
+                              size_t length);
+bool watchdog_clear_counters(struct slave *slave, uint16_t address, const uint8_t *data,
+                             size_t length);
+void watchdog_configure(struct slave *slave);
+void watchdog_trigger(struct slave *slave);
+void watchdog_run(struct slave *slave);
+
+/* dc.c */
+void dc_init(struct slave *slave, uint64_t seed);
+int64_t dc_local_time(const struct slave *slave);
+void dc_refresh(struct slave *slave, uint16_t address, size_t length);
+bool dc_latch_ports(struct slave *slave, uint16_t address, const uint8_t *data, size_t length);
+bool dc_write_time(struct slave *slave, uint16_t address, const uint8_t *data, size_t length);
+bool dc_write_speed(struct slave *slave, uint16_t address, const uint8_t *data, size_t length);
+
+#endif
