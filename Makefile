@@ -1,0 +1,145 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+# One flat Makefile: explicit lists of sources, one rule a kind. `make help` lists the targets.
+
+MAKEFLAGS += --no-builtin-rules
+.SUFFIXES:
+
+BUILD   ?= build
+ifeq ($(origin CC),default)
+CC      := gcc
+endif
+PREFIX  ?= /usr/local
+MODULE  ?= $(BUILD)/template/shuttle.tgm
+Q       ?= $(if $(V),,@)
+
+WARN    := -Wall -Wextra -Wshadow -Wconversion -Werror
+INCLUDE := -I. -Iharness -Isdk/include
+OPT     ?= -O2 -g
+# No fused multiply-add: recordings are the same to the last bit on every processor.
+ALL_CFLAGS = -std=gnu11 $(OPT) -ffp-contract=off $(WARN) $(INCLUDE) -MMD -MP $(CFLAGS)
+BUS_CFLAGS = -DEC_VER2 -Iharness/bus/port -isystem third_party/soem/soem -isystem third_party/soem/osal
+SOEM_CFLAGS = -std=gnu11 -O2 -g -w -DEC_VER2 -Iharness -Iharness/bus/port -Ithird_party/soem/soem -Ithird_party/soem/osal $(CFLAGS)
+LIBS    := -lelf -ldw -lsodium -lseccomp -ljansson -lm
+
+# --- sources -------------------------------------------------------------------------------------
+
+IMAGE_SRC := image.c elf.c elf_header.c elf_segments.c elf_dynamic.c elf_hash.c elf_symbols.c elf_symtab.c elf_lookup.c \
+    elf_relocs.c elf_initialisers.c lines.c lines_extract.c
+MACHINE_SRC := load.c poison.c regions.c call.c fault.c attribute.c watchdog.c sandbox.c filter.c confine.c worker.c
+BUS_SRC := client.c client_cycle.c client_map.c segment.c slave.c registers.c sii.c syncman.c fmmu.c al.c dc.c \
+    watchdog.c mailbox.c coe.c coe_info.c od.c pdo.c cia402.c axis.c devices.c dev_drive.c drive.c drive_cyclic.c drive_homing.c drive_od.c drive_profile.c dev_dio.c \
+    port/clock.c port/port.c
+HOST_SRC := product.c schedule.c catalogue.c text16.c evidence.c memories.c services.c servo.c dio.c host.c experiment.c
+REPORT_SRC := text.c json.c
+CLI_SRC := main.c options.c output.c check.c run.c rules.c
+CONFORMANCE_SRC := profile.c rules.c findings.c incidents.c rules_file.c rules_start.c rules_cycle.c check.c
+SOEM_SRC := ethercatbase.c ethercatcoe.c ethercatconfig.c ethercatdc.c ethercatmain.c ethercatprint.c ethercatsoe.c
+
+ROOM_OBJ := $(addprefix $(BUILD)/obj/harness/image/,$(IMAGE_SRC:.c=.o)) \
+    $(addprefix $(BUILD)/obj/harness/machine/,$(MACHINE_SRC:.c=.o)) $(BUILD)/obj/harness/machine/trampoline.o \
+    $(addprefix $(BUILD)/obj/harness/bus/,$(BUS_SRC:.c=.o)) \
+    $(addprefix $(BUILD)/obj/harness/host/,$(HOST_SRC:.c=.o)) \
+    $(addprefix $(BUILD)/obj/harness/report/,$(REPORT_SRC:.c=.o)) \
+    $(addprefix $(BUILD)/obj/conformance/,$(CONFORMANCE_SRC:.c=.o)) \
+    $(addprefix $(BUILD)/obj/soem/,$(SOEM_SRC:.c=.o))
+CLI_OBJ  := $(addprefix $(BUILD)/obj/harness/cli/,$(CLI_SRC:.c=.o))
+
+# --- everyday ------------------------------------------------------------------------------------
+
+.PHONY: all
+all: $(BUILD)/tgm ## build everything into build/ (the program is build/tgm)
+
+.PHONY: check
+check: $(BUILD)/tgm $(if $(filter $(BUILD)/template/shuttle.tgm,$(MODULE)),template-linked) ## judge MODULE=path/to.tgm, by default the C template's module
+	$(Q)$(BUILD)/tgm check $(CHECK_FLAGS) $(MODULE)
+
+# The template's module as linked: the verdict covers what the SDK's own check would refuse, too.
+.PHONY: template-linked
+template-linked:
+	$(Q)$(MAKE) --no-print-directory -C templates/c BUILD=$(abspath $(BUILD))/template-build \
+	    $(abspath $(BUILD))/template-build/unverified/shuttle.tgm
+	@mkdir -p $(BUILD)/template
+	@cp $(BUILD)/template-build/unverified/shuttle.tgm $(BUILD)/template/shuttle.tgm
+
+.PHONY: run
+run: $(BUILD)/tgm template-linked ## run the template's module for two seconds of machine time
+	$(Q)$(BUILD)/tgm run $(RUN_FLAGS) $(MODULE)
+
+.PHONY: test
+test: | $(BUILD)/.deps-test ## every test; under 10 minutes on two cores
+	$(Q)MAKE=$(MAKE) tests/run.sh
+
+.PHONY: bench
+bench: $(BUILD)/tgm $(BUILD)/test/bench $(BUILD)/test/bench_bus template-linked ## figures of one run, on this machine
+	$(Q)$(BUILD)/test/bench $(BUILD)/template/shuttle.tgm
+	$(Q)$(BUILD)/test/bench_bus
+
+.PHONY: layouts
+layouts: ## regenerate what follows from sdk/layout/
+	$(Q)tools/layout.py
+
+.PHONY: deps
+deps: $(BUILD)/.deps ## install missing Debian packages, saying what and why
+
+.PHONY: fetch
+fetch: third_party/soem/.from ## fetch SOEM's source, pinned by hash
+
+.PHONY: install
+install: $(BUILD)/tgm ## install the program and the SDK under PREFIX (default /usr/local)
+	install -d $(DESTDIR)$(PREFIX)/bin $(DESTDIR)$(PREFIX)/share/tgm
+	install -m 755 $(BUILD)/tgm $(DESTDIR)$(PREFIX)/bin/tgm
+	cp -R sdk templates $(DESTDIR)$(PREFIX)/share/tgm/
+	rm -rf $(DESTDIR)$(PREFIX)/share/tgm/templates/*/build
+	install -m 644 LICENSE $(DESTDIR)$(PREFIX)/share/tgm/
+
+.PHONY: clean
+clean: ## remove what was built (not what was fetched)
+	rm -rf $(BUILD) templates/*/build
+
+.PHONY: help
+help: ## this list
+	@awk -F':.*## ' '/^[a-z-]+:.*## / {printf "  make %-10s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+	@echo "  V=1 shows the commands; CC=clang, CFLAGS=..., BUILD=dir as usual"
+
+# --- rules ---------------------------------------------------------------------------------------
+
+$(BUILD)/.deps: tools/deps.sh
+	@mkdir -p $(@D)
+	@tools/deps.sh build
+	@touch $@
+
+$(BUILD)/.deps-test: tools/deps.sh
+	@mkdir -p $(@D)
+	@tools/deps.sh test
+	@touch $@
+
+third_party/soem/.from: third_party/soem.lock third_party/fetch.sh | $(BUILD)/.deps
+	@third_party/fetch.sh
+	@touch $@
+
+$(BUILD)/tgm: $(CLI_OBJ) $(ROOM_OBJ)
+	@echo "  LINK   $@"
+	$(Q)$(CC) $(OPT) $(CFLAGS) -o $@ $^ $(LDFLAGS) $(LIBS)
+
+$(BUILD)/obj/harness/bus/%.o: harness/bus/%.c | third_party/soem/.from
+	@mkdir -p $(@D)
+	@echo "  CC     $<"
+	$(Q)$(CC) $(ALL_CFLAGS) $(BUS_CFLAGS) -c -o $@ $<
+
+$(BUILD)/obj/soem/%.o: third_party/soem/.from
+	@mkdir -p $(@D)
+	@echo "  CC     third_party/soem/soem/$*.c"
+	$(Q)$(CC) $(SOEM_CFLAGS) -c -o $@ third_party/soem/soem/$*.c
+
+$(BUILD)/obj/%.o: %.c | $(BUILD)/.deps
+	@mkdir -p $(@D)
+	@echo "  CC     $<"
+	$(Q)$(CC) $(ALL_CFLAGS) -c -o $@ $<
+
+$(BUILD)/obj/%.o: %.S | $(BUILD)/.deps
+	@mkdir -p $(@D)
+	@echo "  AS     $<"
+	$(Q)$(CC) $(INCLUDE) -MMD -MP $(CFLAGS) -c -o $@ $<
+
+-include tests/tests.mk
+-include $(filter-out $(BUILD)/obj/soem/%,$(ROOM_OBJ:.o=.d)) $(CLI_OBJ:.o=.d)

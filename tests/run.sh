@@ -1,0 +1,55 @@
+#!/bin/sh
+# SPDX-License-Identifier: GPL-2.0-or-later
+#
+# Every test, as `make test` runs it: builds with gcc, clang and sanitizers, runs the unit tests of each,
+# then the shell tests. Prints what failed and, last, "N passed, M failed".
+set -u
+cd "$(dirname "$0")/.."
+MAKE=${MAKE:-make}
+jobs=$(nproc 2>/dev/null || echo 2)
+passed=0
+failed=0
+log=build/test-log
+mkdir -p build
+: >"$log"
+
+step() {
+    printf '%-58s' "$1"
+    shift
+    began=$(date +%s)
+    if "$@" >build/step-log 2>&1; then verdict=ok; else verdict=FAILED; fi
+    cat build/step-log >>"$log"
+    n=$(sed -n 's/^\[  PASSED  \] \([0-9]*\) test.*/\1/p; s/^\([0-9]*\) passed, [0-9]* failed$/\1/p' build/step-log | awk '{s += $1} END {print s + 0}')
+    m=$(sed -n 's/^\[  FAILED  \] \([0-9]*\) test.*/\1/p; s/^[0-9]* passed, \([0-9]*\) failed$/\1/p' build/step-log | awk '{s += $1} END {print s + 0}')
+    [ "$verdict" = ok ] || [ "$m" -gt 0 ] || m=1
+    passed=$((passed + n))
+    failed=$((failed + m))
+    echo "$verdict  $n passed, $m failed  $(($(date +%s) - began)) s"
+    [ "$verdict" = ok ] || grep -vE '^  (CC|AS|LINK|MODULE) |RUN  |   OK \]' build/step-log | tail -n 60
+}
+
+units() { # build folder
+    status=0
+    for program in "$1"/test/test_*; do
+        [ -x "$program" ] || continue
+        case $program in *.d) continue ;; esac
+        echo "== $program"
+        "$program" 2>&1 || status=1
+    done
+    return $status
+}
+
+san='-fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer'
+step "build with gcc" "$MAKE" -j"$jobs" all test-programs template-linked
+step "house rules" sh tests/lint.sh
+step "unit tests and every rule's fixtures, gcc" units build
+step "build with clang" "$MAKE" -j"$jobs" BUILD=build/clang CC=clang all test-programs
+step "unit tests and every rule's fixtures, clang" units build/clang
+step "build with sanitizers" "$MAKE" -j"$jobs" BUILD=build/san CC=clang OPT='-O1 -g' CFLAGS="$san" all test-programs
+step "unit tests under address and undefined sanitizers" units build/san
+step "SDK: what it refuses and how it says so" sh tests/sdk.sh
+step "the program from the outside" sh tests/cli.sh
+
+echo
+echo "$passed passed, $failed failed"
+[ "$failed" = 0 ]
