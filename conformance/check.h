@@ -1,0 +1,36 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * check.h - the whole way from a file to a verdict: open, run the experiments that the rules ask
+ * for, judge, report.
+ */
+#ifndef CONFORMANCE_CHECK_H
+#define CONFORMANCE_CHECK_H
+
+#include "conformance/rules.h"
+
+#define CHECK_WHY 1024
+
+struct check_options {
+    const char *path;
+    const char *shown; /* name in reports and file name of places; NULL: path */
+    const char *tool;  /* "tgm 0.1.0" */
+    const struct profile *profile;
+    uint64_t seed;
+    uint64_t cycles;   /* of each cycle experiment; 0 = CHECK_SECONDS of machine time */
+    const char *rules; /* shell pattern over rule ids; NULL: all */
+};
+
+/* Machine time of each cycle experiment unless --cycles says otherwise, in s. */
+#define CHECK_SECONDS 10
+
+struct check; /* owns everything the report points to */
+
+/*
+ * 0 and a check whose report is complete, or negative errno with a sentence in why: the file cannot
+ * be read, no rule matches, no worker process can be made. A bad module is not an error.
+ */
+int check_run(struct check **out, const struct check_options *options, char why[CHECK_WHY]);
+const struct report *check_report(const struct check *check);
+void check_free(struct check *check);
+
+#endif

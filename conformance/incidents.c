@@ -1,0 +1,75 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/* Calls that did not return as they should, in words. */
+#include <inttypes.h>
+#include <signal.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "conformance/rules.h"
+
+/* Where the address lies, seen from the nearest memory that has a name. */
+static void describe_address(const struct machine_fault *fault, char *text, size_t size)
+{
+    const int64_t offset = fault->region_offset;
+    if (fault->signal == SIGSEGV && fault->access == MACHINE_ACCESS_NONE)
+        snprintf(text, size, "through a pointer that is no address at all");
+    else if (fault->address < 65536)
+        snprintf(text, size, "through a null pointer (address 0x%" PRIx64 ")", fault->address);
+    else if (fault->region[0] == '\0')
+        snprintf(text, size, "at 0x%" PRIx64 ", far from every shared memory", fault->address);
+    else if (offset < 0)
+        snprintf(text, size, "%" PRIi64 " bytes before the start of %s", -offset, fault->region);
+    else if ((uint64_t)offset >= fault->region_size)
+        snprintf(text, size, "%" PRIu64 " bytes past the end of %s (%" PRIu64 " bytes)",
+                 (uint64_t)offset - fault->region_size, fault->region, fault->region_size);
+    else
+        snprintf(text, size, "at byte %" PRIi64 " of %s", offset, fault->region);
+}
+
+static void describe_fault(const struct machine_fault *fault, char *text, size_t size)
+{
+    static const char *const verbs[] = { "accessed memory", "read", "wrote", "jumped" };
+    char address[200];
+    switch (fault->signal) {
+    case SIGFPE:
+        snprintf(text, size, "divided by zero or overflowed a division");
+        return;
+    case SIGILL:
+        snprintf(text, size, "executed an invalid instruction");
+        return;
+    case SIGTRAP:
+        snprintf(text, size, "executed a breakpoint instruction");
+        return;
+    default:
+        break;
+    }
+    describe_address(fault, address, sizeof address);
+    snprintf(text, size, "%s %s", verbs[fault->access], address);
+}
+
+void incident_describe(const struct evidence_incident *incident, char text[FINDING_TEXT])
+{
+    const struct machine_fault *fault = &incident->fault;
+    char what[FINDING_TEXT / 2];
+    const char *name = entry_name(incident->entry);
+    switch (incident->kind) {
+    case MACHINE_SYSCALL:
+        snprintf(what, sizeof what, "called the operating system (system call %ld)",
+                 fault->syscall);
+        break;
+    case MACHINE_HANG:
+        snprintf(what, sizeof what, "did not return within a second");
+        break;
+    case MACHINE_FAULT:
+        describe_fault(fault, what, sizeof what);
+        break;
+    case MACHINE_RETURNED:
+        snprintf(what, sizeof what, "returned");
+        break;
+    }
+    if (incident->service[0] != '\0')
+        snprintf(text, FINDING_TEXT, "%s %s, inside %s that it had called", name, what,
+                 incident->service);
+    else
+        snprintf(text, FINDING_TEXT, "%s %s", name, what);
+}

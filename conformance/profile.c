@@ -1,0 +1,26 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+#include "conformance/profile.h"
+
+#include <string.h>
+
+static const char *const six_exports[] = { "Program_Ini", "Program_01", "Program_02", "Program_03",
+                                           "Program_04",  "Program_05", NULL };
+
+static const struct profile profiles[] = {
+#define PROFILE(...) { __VA_ARGS__ },
+#include "conformance/profiles/pc4.def"
+#undef PROFILE
+};
+
+const struct profile *profile_at(size_t index)
+{
+    return index < sizeof profiles / sizeof *profiles ? &profiles[index] : NULL;
+}
+
+const struct profile *profile_find(const char *name)
+{
+    for (size_t i = 0; profile_at(i) != NULL; i++)
+        if (strcmp(profiles[i].name, name) == 0)
+            return &profiles[i];
+    return NULL;
+}

@@ -1,0 +1,31 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+#include "conformance/rules.h"
+
+#include <string.h>
+
+static const struct rule rules[] = {
+#define RULE(symbol, id, group, severity, experiments, clause, title, advice)                      \
+    { id, clause, title, advice, GROUP_##group, SEVERITY_##severity, experiments, check_##symbol },
+#include "conformance/rules.def"
+#undef RULE
+};
+
+static const char *const group_names[GROUP_COUNT] = { "file", "start", "cycle" };
+
+const struct rule *rule_at(size_t index)
+{
+    return index < sizeof rules / sizeof *rules ? &rules[index] : NULL;
+}
+
+const struct rule *rule_find(const char *id)
+{
+    for (size_t i = 0; rule_at(i) != NULL; i++)
+        if (strcmp(rules[i].id, id) == 0)
+            return &rules[i];
+    return NULL;
+}
+
+const char *rule_group_name(enum rule_group group)
+{
+    return group_names[group];
+}

@@ -1,0 +1,100 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * rules.h - the rule book as data, and what a judgement is given.
+ *
+ * A judgement is a pure function from image and evidence to findings: no I/O, no globals, no early
+ * exit. It fails its rule by adding a finding and declares it not judged by giving a reason;
+ * severity, clause and advice come from rules.def.
+ */
+#ifndef CONFORMANCE_RULES_H
+#define CONFORMANCE_RULES_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "conformance/profile.h"
+#include "host/experiment.h"
+#include "image/image.h"
+#include "report/report.h"
+
+enum experiment_id {
+#define EXPERIMENT(symbol, ...) EXPERIMENT_##symbol,
+#include "conformance/experiments.def"
+#undef EXPERIMENT
+    EXPERIMENT_COUNT
+};
+
+/* Sets of experiments: bit n is experiment n. */
+#define EXPERIMENT_SET(symbol) (1u << EXPERIMENT_##symbol)
+enum {
+    NO_EXPERIMENT = 0,
+    ON_START = EXPERIMENT_SET(START),
+    ON_NULL_DATA = EXPERIMENT_SET(NULL_DATA),
+    ON_SIZES = EXPERIMENT_SET(SIZE_ZERO) | EXPERIMENT_SET(SIZE_GEN5) | EXPERIMENT_SET(SIZE_LESS) |
+               EXPERIMENT_SET(SIZE_MORE),
+    ON_NULL_FUNCTIONS = EXPERIMENT_SET(NO_STRING) | EXPERIMENT_SET(NO_LONG) |
+                        EXPERIMENT_SET(NO_SWPRINTF) | EXPERIMENT_SET(NO_SLEEP),
+    ON_WRONG_ID = EXPERIMENT_SET(OLDER_ID) | EXPERIMENT_SET(NEWER_ID),
+    ON_CYCLES = EXPERIMENT_SET(CYCLE_250) | EXPERIMENT_SET(CYCLE_500) | EXPERIMENT_SET(CYCLE_1000),
+    ON_GOOD_RUNS = ON_START | ON_CYCLES
+};
+
+enum rule_group { GROUP_FILE, GROUP_START, GROUP_CYCLE, GROUP_COUNT };
+
+/* Everything a judgement may look at. */
+struct case_file {
+    const struct image *image;
+    const struct profile *profile;
+    const char *name;                        /* file name of the module, without folders */
+    const struct experiment *experiments;    /* by enum experiment_id */
+    const struct experiment_result *results; /* by enum experiment_id; valid where ran */
+    const bool *ran;                         /* by enum experiment_id */
+    const char *cannot_run;                  /* why no experiment could run; "" when they could */
+};
+
+/* Where a judgement puts what it found. Owned by the caller; FINDINGS_KEPT findings. */
+struct findings {
+    struct finding list[FINDINGS_KEPT];
+    size_t count, dropped;
+    char reason[FINDING_TEXT]; /* not judged, because; "" when judged */
+    struct finding scratch;    /* takes the details of what is only counted */
+};
+
+typedef void rule_check(const struct case_file *, struct findings *);
+
+struct rule {
+    const char *id, *clause, *title, *advice;
+    enum rule_group group;
+    enum severity severity;
+    unsigned experiments;
+    rule_check *check;
+};
+
+/* By index, NULL past the end; by id, NULL when there is none. */
+const struct rule *rule_at(size_t index);
+const struct rule *rule_find(const char *id);
+const char *rule_group_name(enum rule_group group);
+
+/*
+ * findings.c. The text is cut at FINDING_TEXT; control characters in it (names in a hostile file)
+ * become
+ * '?'. What was said before is counted, not repeated. Returns the finding for more detail, a
+ * scratch one when it was counted or the list is full (dropped).
+ */
+struct finding *finding_add(struct findings *findings, const char *format, ...)
+    __attribute__((format(printf, 2, 3)));
+/* The first reason stays. */
+void finding_not_judged(struct findings *findings, const char *format, ...)
+    __attribute__((format(printf, 2, 3)));
+/* "gantry.tgm+0x1a4 (Program_04) gantry.c:88" for an address of the module. */
+void finding_place(struct finding *finding, const struct case_file *file, uint64_t vaddr);
+
+/* incidents.c: calls that did not return as they should, as text and as findings. */
+void incident_describe(const struct evidence_incident *incident, char text[FINDING_TEXT]);
+
+#define RULE(symbol, ...) rule_check check_##symbol;
+#include "conformance/rules.def"
+#undef RULE
+
+#endif

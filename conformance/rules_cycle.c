@@ -1,0 +1,127 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/* Rules about what every call does, in Program_Ini and in the cycles at each Cycle_Time. */
+#include <inttypes.h>
+#include <signal.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "conformance/rules.h"
+
+enum incident_class { CLASS_HANG, CLASS_FAULT, CLASS_SYSCALL, CLASS_WRITE };
+
+/* Each incident belongs to exactly one rule. */
+static enum incident_class class_of(const struct evidence_incident *incident)
+{
+    switch (incident->kind) {
+    case MACHINE_SYSCALL:
+        return CLASS_SYSCALL;
+    case MACHINE_HANG:
+        return CLASS_HANG;
+    default:
+        return incident->fault.access == MACHINE_ACCESS_WRITE ? CLASS_WRITE : CLASS_FAULT;
+    }
+}
+
+static void stamp(struct finding *finding, const struct experiment *experiment, enum entry entry,
+                  uint64_t cycle)
+{
+    finding->function = entry_name(entry);
+    if (cycle == EVIDENCE_NO_CYCLE)
+        return;
+    finding->has_cycle = true;
+    finding->cycle = cycle;
+    snprintf(finding->when, sizeof finding->when, "in cycle %" PRIu64 " at Cycle_Time %u us", cycle,
+             experiment->host.cycle_us);
+}
+
+static void report_incident(const struct case_file *file, enum experiment_id id,
+                            const struct evidence_incident *incident, struct findings *findings)
+{
+    char text[FINDING_TEXT];
+    incident_describe(incident, text);
+    struct finding *finding = finding_add(findings, "%s", text);
+    stamp(finding, &file->experiments[id], incident->entry, incident->cycle);
+    if (incident->fault.has_pc)
+        finding_place(finding, file, incident->fault.pc);
+}
+
+/* The worker ended in a way that no handler in it could catch: what it had been doing is in the
+ * evidence. */
+static void report_end(const struct case_file *file, enum experiment_id id,
+                       enum incident_class class, struct findings *findings)
+{
+    const struct experiment_result *result = &file->results[id];
+    const struct evidence *evidence = &result->evidence;
+    const char *name = entry_name(evidence->entry);
+    struct finding *finding = NULL;
+    if (result->worker.end == WORKER_TIMEOUT && class == CLASS_HANG)
+        finding = finding_add(
+            findings, "%s had not returned when the time for the whole experiment was up", name);
+    else if (result->worker.end == WORKER_KILLED && class == CLASS_FAULT)
+        finding = finding_add(findings, "%s destroyed the process it ran in (signal %d: %s)", name,
+                              result->worker.value, strsignal(result->worker.value));
+    else if (result->worker.end == WORKER_EXITED && class == CLASS_FAULT)
+        finding = finding_add(findings, "%s ended the process it ran in (exit status %d)", name,
+                              result->worker.value);
+    if (finding != NULL)
+        stamp(finding, &file->experiments[id], evidence->entry, evidence->cycle);
+}
+
+/* Reasons why the evidence of an experiment says too little about the cycles. */
+static void judge_completeness(const struct case_file *file, enum experiment_id id,
+                               struct findings *findings)
+{
+    const struct experiment_result *result = &file->results[id];
+    const struct evidence *evidence = &result->evidence;
+    const struct experiment *experiment = &file->experiments[id];
+    if (result->worker.end == WORKER_FAILED || evidence->trouble[0] != '\0')
+        finding_not_judged(findings, "experiment %s: %s", experiment->name,
+                           evidence->trouble[0] != '\0' ? evidence->trouble : "the worker failed");
+    else if (result->worker.end != WORKER_DONE)
+        finding_not_judged(
+            findings,
+            "experiment %s ended early: the module ended the process it ran in, or hung it",
+            experiment->name);
+    else if (experiment->cycles > 0 && evidence->cycles_done == 0)
+        finding_not_judged(findings,
+                           "no cycle was run: Program_Ini did not return 1 (rule ini-returns-one)");
+}
+
+static void judge(const struct case_file *file, enum incident_class class,
+                  struct findings *findings)
+{
+    for (int id = 0; id < EXPERIMENT_COUNT; id++) {
+        if ((ON_GOOD_RUNS & (1u << id)) == 0)
+            continue;
+        if (!file->ran[id]) {
+            finding_not_judged(findings, "%s", file->cannot_run);
+            continue;
+        }
+        const struct evidence *evidence = &file->results[id].evidence;
+        for (unsigned i = 0; i < evidence->incident_count; i++)
+            if (class_of(&evidence->incidents[i]) == class)
+                report_incident(file, (enum experiment_id)id, &evidence->incidents[i], findings);
+        report_end(file, (enum experiment_id)id, class, findings);
+        judge_completeness(file, (enum experiment_id)id, findings);
+    }
+}
+
+void check_returns(const struct case_file *file, struct findings *findings)
+{
+    judge(file, CLASS_HANG, findings);
+}
+
+void check_no_fault(const struct case_file *file, struct findings *findings)
+{
+    judge(file, CLASS_FAULT, findings);
+}
+
+void check_no_system_call(const struct case_file *file, struct findings *findings)
+{
+    judge(file, CLASS_SYSCALL, findings);
+}
+
+void check_no_stray_write(const struct case_file *file, struct findings *findings)
+{
+    judge(file, CLASS_WRITE, findings);
+}

@@ -1,0 +1,147 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/* Rules about Program_Ini: what it returns under good and under bad conditions. */
+#include <inttypes.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "conformance/rules.h"
+
+/* Evidence of one experiment, NULL (and the rule not judged) when it could not be had. */
+static const struct evidence *evidence_of(const struct case_file *file, enum experiment_id id,
+                                          struct findings *findings)
+{
+    if (!file->ran[id]) {
+        finding_not_judged(findings, "%s", file->cannot_run);
+        return NULL;
+    }
+    const struct evidence *evidence = &file->results[id].evidence;
+    if (evidence->trouble[0] != '\0') {
+        finding_not_judged(findings, "experiment %s: %s", file->experiments[id].name,
+                           evidence->trouble);
+        return NULL;
+    }
+    return evidence;
+}
+
+/* Adds a finding when Program_Ini did not return `wanted` in the experiment; `where` says under
+ * which conditions. */
+static void expect_result(const struct case_file *file, enum experiment_id id, int32_t wanted,
+                          const char *where, struct findings *findings)
+{
+    const struct evidence *evidence = evidence_of(file, id, findings);
+    if (evidence == NULL)
+        return;
+    if (evidence->incident_count > 0) {
+        char text[FINDING_TEXT];
+        incident_describe(&evidence->incidents[0], text);
+        struct finding *finding =
+            finding_add(findings, "%s: %s instead of returning %d", where, text, (int)wanted);
+        if (evidence->incidents[0].fault.has_pc)
+            finding_place(finding, file, evidence->incidents[0].fault.pc);
+        finding->function = entry_name(ENTRY_INI);
+        return;
+    }
+    if (evidence->calls[ENTRY_INI].count == 0) {
+        finding_add(findings, "%s: Program_Ini did not return", where)->function =
+            entry_name(ENTRY_INI);
+        return;
+    }
+    const int32_t value = evidence->calls[ENTRY_INI].last_value;
+    if (value == wanted)
+        return;
+    struct finding *finding = finding_add(
+        findings, "%s: Program_Ini returned %d, it must return %d", where, (int)value, (int)wanted);
+    const struct image_symbol *symbol = image_export(file->image, entry_name(ENTRY_INI));
+    if (symbol != NULL)
+        finding_place(finding, file, symbol->vaddr);
+    finding->function = entry_name(ENTRY_INI);
+}
+
+void check_ini_returns_one(const struct case_file *file, struct findings *findings)
+{
+    expect_result(file, EXPERIMENT_START, 1, "everything in order", findings);
+}
+
+void check_ini_null_data(const struct case_file *file, struct findings *findings)
+{
+    expect_result(file, EXPERIMENT_NULL_DATA, 0, "pData is NULL", findings);
+}
+
+void check_ini_struct_size(const struct case_file *file, struct findings *findings)
+{
+    static const enum experiment_id ids[] = { EXPERIMENT_SIZE_ZERO, EXPERIMENT_SIZE_GEN5,
+                                              EXPERIMENT_SIZE_LESS, EXPERIMENT_SIZE_MORE };
+    for (size_t i = 0; i < sizeof ids / sizeof *ids; i++) {
+        char where[64];
+        snprintf(where, sizeof where, "structSize is %" PRIu64,
+                 file->experiments[ids[i]].host.mutation.value);
+        expect_result(file, ids[i], 0, where, findings);
+    }
+}
+
+void check_ini_null_functions(const struct case_file *file, struct findings *findings)
+{
+    expect_result(file, EXPERIMENT_NO_STRING, 0, "pRtWprintf_String is NULL", findings);
+    expect_result(file, EXPERIMENT_NO_LONG, 0, "pRtWprintf_Long is NULL", findings);
+    expect_result(file, EXPERIMENT_NO_SWPRINTF, 0, "pswprintf is NULL", findings);
+    expect_result(file, EXPERIMENT_NO_SLEEP, 0, "pSleepFt is NULL", findings);
+}
+
+static const enum experiment_id wrong_ids[] = { EXPERIMENT_OLDER_ID, EXPERIMENT_NEWER_ID };
+
+void check_ini_compatibility(const struct case_file *file, struct findings *findings)
+{
+    for (size_t i = 0; i < sizeof wrong_ids / sizeof *wrong_ids; i++) {
+        char where[64];
+        snprintf(where, sizeof where, "HEADER.Compatibility_Id is %" PRIu64,
+                 file->experiments[wrong_ids[i]].host.mutation.value);
+        expect_result(file, wrong_ids[i], 0, where, findings);
+    }
+}
+
+/* The number as a word of its own: 4033 is not found in 14033. */
+static bool has_number(const char *text, uint64_t number)
+{
+    char digits[24];
+    const int length = snprintf(digits, sizeof digits, "%" PRIu64, number);
+    for (const char *at = strstr(text, digits); at != NULL; at = strstr(at + 1, digits)) {
+        const bool before = at > text && at[-1] >= '0' && at[-1] <= '9';
+        const bool after = at[length] >= '0' && at[length] <= '9';
+        if (!before && !after)
+            return true;
+    }
+    return false;
+}
+
+static bool printed(const struct evidence *evidence, uint64_t number)
+{
+    for (unsigned i = 0; i < EVIDENCE_MESSAGES && i < evidence->message_count; i++)
+        if (has_number(evidence->messages[i].text, number))
+            return true;
+    return false;
+}
+
+void check_ini_reports_ids(const struct case_file *file, struct findings *findings)
+{
+    const uint64_t own = product_find(file->profile->product)->compatibility_id;
+    for (size_t i = 0; i < sizeof wrong_ids / sizeof *wrong_ids; i++) {
+        const struct evidence *evidence = evidence_of(file, wrong_ids[i], findings);
+        const uint64_t wrong = file->experiments[wrong_ids[i]].host.mutation.value;
+        /* A module that starts nevertheless, or crashes, has its finding in ini-compatibility. */
+        if (evidence == NULL || evidence->incident_count > 0 ||
+            evidence->calls[ENTRY_INI].last_value != 0)
+            continue;
+        if (printed(evidence, own) && printed(evidence, wrong))
+            continue;
+        struct finding *finding =
+            evidence->message_count == 0
+                ? finding_add(findings,
+                              "HEADER.Compatibility_Id is %" PRIu64 ": Program_Ini printed nothing",
+                              wrong)
+                : finding_add(findings,
+                              "HEADER.Compatibility_Id is %" PRIu64
+                              ": \"%s\" does not name both %" PRIu64 " and %" PRIu64,
+                              wrong, evidence->messages[0].text, own, wrong);
+        finding->function = entry_name(ENTRY_INI);
+    }
+}

@@ -1,0 +1,63 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+#include <signal.h>
+#include <string.h>
+
+#include "cli/cli.h"
+
+static const struct command commands[] = {
+    { "check", "MODULE.tgm [options]",
+      "Judges a module by every rule of the profile; the last line is the verdict.",
+      command_check },
+    { "run", "MODULE.tgm [options]",
+      "Runs a module on the simulated machine and shows what its axes do.", command_run },
+    { "rules", "", "Lists the rules.", command_rules },
+    { "explain", "RULE", "Explains one rule: what must hold, why, and what to do.",
+      command_explain },
+};
+#define COMMAND_COUNT (sizeof commands / sizeof *commands)
+
+static void usage(FILE *stream)
+{
+    fprintf(stream, "tgm %s - conformance harness for TG Motion PLC modules\n\n", TGM_VERSION_TEXT);
+    for (size_t i = 0; i < COMMAND_COUNT; i++)
+        fprintf(stream, "  tgm %-8s %-22s %s\n", commands[i].name, commands[i].usage,
+                commands[i].summary);
+    fprintf(stream, "\ntgm COMMAND --help lists the options. Exit status: 0 PASS, 1 FAIL, 3 "
+                    "INCOMPLETE, 2 a wrong call or\n"
+                    "trouble of the harness itself.\n");
+}
+
+static int unknown_command(const char *word)
+{
+    const char *names[COMMAND_COUNT];
+    for (size_t i = 0; i < COMMAND_COUNT; i++)
+        names[i] = commands[i].name;
+    const char *close = nearest(word, names, COMMAND_COUNT);
+    if (close != NULL)
+        return complain(NULL, "unknown command '%s' (did you mean %s?)", word, close);
+    return complain(NULL, "unknown command '%s'; allowed: check run rules explain help version",
+                    word);
+}
+
+int main(int argc, char **argv)
+{
+    /* A reader that closes its end early (head, grep -q) is no reason to die without a status. */
+    signal(SIGPIPE, SIG_IGN);
+    if (argc < 2) {
+        usage(stderr);
+        return EXIT_CALL;
+    }
+    const char *word = argv[1];
+    if (strcmp(word, "help") == 0 || strcmp(word, "--help") == 0 || strcmp(word, "-h") == 0) {
+        usage(stdout);
+        return EXIT_OK;
+    }
+    if (strcmp(word, "version") == 0 || strcmp(word, "--version") == 0) {
+        printf("tgm %s\n", TGM_VERSION_TEXT);
+        return EXIT_OK;
+    }
+    for (size_t i = 0; i < COMMAND_COUNT; i++)
+        if (strcmp(commands[i].name, word) == 0)
+            return commands[i].run(&commands[i], argc - 2, argv + 2);
+    return unknown_command(word);
+}

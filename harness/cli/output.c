@@ -1,0 +1,68 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "cli/cli.h"
+
+/* Devices and pipes are written in place: there is nothing to replace. */
+static bool written_in_place(const char *path)
+{
+    struct stat s;
+    return stat(path, &s) == 0 && !S_ISREG(s.st_mode);
+}
+
+int output_open(struct output *output, const char *path)
+{
+    memset(output, 0, sizeof *output);
+    output->path = strdup(path);
+    if (output->path == NULL)
+        return -ENOMEM;
+    if (strcmp(path, "-") == 0) {
+        output->stream = stdout;
+        return 0;
+    }
+    if (written_in_place(path)) {
+        output->stream = fopen(path, "w");
+    } else {
+        const size_t size = strlen(path) + 8;
+        output->temporary = malloc(size);
+        if (output->temporary != NULL) {
+            snprintf(output->temporary, size, "%s.XXXXXX", path);
+            const int fd = mkstemp(output->temporary);
+            const mode_t mask = umask(0);
+            umask(mask);
+            if (fd >= 0 && fchmod(fd, 0666 & ~mask) == 0)
+                output->stream = fdopen(fd, "w");
+        }
+    }
+    if (output->stream != NULL)
+        return 0;
+    const int error = errno != 0 ? -errno : -EIO;
+    free(output->temporary);
+    free(output->path);
+    return error;
+}
+
+int output_close(struct output *output, bool keep)
+{
+    int r = 0;
+    if (output->stream == NULL)
+        return 0;
+    if (fflush(output->stream) != 0 || ferror(output->stream))
+        r = -EIO;
+    if (output->stream != stdout && fclose(output->stream) != 0 && r == 0)
+        r = -errno;
+    if (output->temporary != NULL) {
+        if (r == 0 && keep && rename(output->temporary, output->path) != 0)
+            r = -errno;
+        if (r != 0 || !keep)
+            unlink(output->temporary);
+    }
+    free(output->temporary);
+    free(output->path);
+    memset(output, 0, sizeof *output);
+    return r;
+}

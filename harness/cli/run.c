@@ -1,0 +1,296 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+#include <inttypes.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "cli/cli.h"
+#include "conformance/profile.h"
+#include "conformance/rules.h"
+
+#define RECORD_MAX 64
+#define RUN_WHY    1024
+
+/* One run on its way: what was asked for and what has been shown so far. */
+struct run {
+    const struct command *command;
+    const struct image *image;
+    struct experiment experiment;
+    struct catalogue_register registers[RECORD_MAX];
+    struct recording recording;
+    struct output csv;
+    const char *csv_path;
+    FILE *screen; /* standard error when the recording goes to standard output */
+    bool terminal;
+    uint64_t messages_shown;
+    double begin, shown_at;
+    int csv_error;
+};
+
+static double seconds(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + (double)t.tv_nsec * 1e-9;
+}
+
+/* Text from the module must not move the cursor or fake a line of ours: evidence_clean() took
+ * controls out. */
+static void show_messages(struct run *run, const struct evidence *evidence)
+{
+    for (; run->messages_shown < evidence->message_count && run->messages_shown < EVIDENCE_MESSAGES;
+         run->messages_shown++) {
+        const struct evidence_message *message = &evidence->messages[run->messages_shown];
+        if (message->cycle == EVIDENCE_NO_CYCLE)
+            fprintf(run->screen, "%s  before the cycles  %-11s  %s\n",
+                    run->terminal ? "\r\033[K" : "", entry_name(message->entry), message->text);
+        else
+            fprintf(run->screen, "%s  cycle %-11" PRIu64 "  %-11s  %s\n",
+                    run->terminal ? "\r\033[K" : "", message->cycle, entry_name(message->entry),
+                    message->text);
+    }
+}
+
+static void show_status(struct run *run, const struct evidence *evidence)
+{
+    const double elapsed = seconds() - run->begin;
+    const double simulated = (double)evidence->time_ns * 1e-9;
+    fprintf(run->screen, "%s  bus %s  cycle %" PRIu64 " of %" PRIu64 "  %.3f s  x%.0f real time",
+            run->terminal ? "\r\033[K" : "", evidence->all_op ? "OP" : "starting",
+            evidence->cycles_done, run->experiment.cycles, simulated,
+            elapsed > 0 ? simulated / elapsed : 0.0);
+    for (unsigned i = 0; i < evidence->axis_count; i++)
+        fprintf(run->screen, "  SERVO[%u] %.1f inc", i, evidence->axis_position[i]);
+    if (!run->terminal)
+        fputc('\n', run->screen);
+    fflush(run->screen);
+}
+
+/* The shortest decimal that reads back as the same number, so that equal runs give equal files. */
+static void print_number(FILE *stream, double value)
+{
+    char text[32];
+    for (int digits = 15; digits <= 17; digits++) {
+        snprintf(text, sizeof text, "%.*g", digits, value);
+        if (strtod(text, NULL) == value || isnan(value))
+            break;
+    }
+    fputs(text, stream);
+}
+
+static void write_rows(struct run *run, const double *rows, size_t row_count)
+{
+    const size_t width = 1 + run->recording.count;
+    for (size_t i = 0; i < row_count; i++, rows += width) {
+        fprintf(run->csv.stream, "%.6f", rows[0]);
+        for (size_t k = 1; k < width; k++) {
+            fputc(',', run->csv.stream);
+            print_number(run->csv.stream, rows[k]);
+        }
+        fputc('\n', run->csv.stream);
+    }
+    if (ferror(run->csv.stream))
+        run->csv_error = EXIT_CALL;
+}
+
+static void progress(void *argument, const struct evidence *evidence, const double *rows,
+                     size_t row_count)
+{
+    struct run *run = argument;
+    if (row_count > 0)
+        write_rows(run, rows, row_count);
+    const double now = seconds();
+    if (now - run->shown_at < (run->terminal ? 0.1 : 1.0))
+        return;
+    run->shown_at = now;
+    if (evidence->stage >=
+        EVIDENCE_BETWEEN) /* a message that is being written is shown next time */
+        show_messages(run, evidence);
+    show_status(run, evidence);
+}
+
+/* "SERVO[0].Position,SERVO[0].WritePosition" */
+static int read_registers(struct run *run, const char *list)
+{
+    char why[CATALOGUE_WHY];
+    while (*list != '\0') {
+        char name[128];
+        const size_t length = strcspn(list, ",");
+        if (run->recording.count == RECORD_MAX)
+            return complain(run->command, "--record takes at most %d registers", RECORD_MAX);
+        if (length == 0 || length >= sizeof name)
+            return complain(run->command,
+                            "--record needs register names with commas between them, not '%s'",
+                            list);
+        memcpy(name, list, length);
+        name[length] = '\0';
+        if (catalogue_resolve(name, &run->registers[run->recording.count], why) != 0)
+            return complain(run->command, "--record: %s", why);
+        run->recording.count++;
+        list += length + (list[length] == ',');
+    }
+    run->recording.registers = run->registers;
+    run->recording.every = 1;
+    return 0;
+}
+
+static void write_head(struct run *run, const char *list)
+{
+    fprintf(run->csv.stream, "time_s,%s\n", list);
+}
+
+static int tell_incident(const struct run *run, const struct evidence_incident *incident,
+                         const char *name)
+{
+    char text[FINDING_TEXT];
+    struct finding finding = { 0 };
+    const struct case_file file = { .image = run->image, .name = name };
+    incident_describe(incident, text);
+    fprintf(run->screen, "  %s", text);
+    if (incident->cycle != EVIDENCE_NO_CYCLE)
+        fprintf(run->screen, " in cycle %" PRIu64, incident->cycle);
+    fputc('\n', run->screen);
+    if (incident->fault.has_pc) {
+        finding_place(&finding, &file, incident->fault.pc);
+        fprintf(run->screen, "    %s\n", finding.place);
+    }
+    return EXIT_MODULE;
+}
+
+/* What happened, and whether it was the module's fault. */
+static int conclude(struct run *run, const struct experiment_result *result, const char *name)
+{
+    const struct evidence *evidence = &result->evidence;
+    int status = EXIT_OK;
+    show_messages(run, evidence);
+    if (evidence->message_count > EVIDENCE_MESSAGES)
+        fprintf(run->screen, "  and %" PRIu64 " messages more\n",
+                evidence->message_count - EVIDENCE_MESSAGES);
+    show_status(run, evidence);
+    if (run->terminal)
+        fputc('\n', run->screen);
+    for (unsigned i = 0; i < evidence->incident_count; i++)
+        status = tell_incident(run, &evidence->incidents[i], name);
+    if (evidence->trouble[0] != '\0')
+        return complain(run->command, "%s", evidence->trouble);
+    if (result->worker.end == WORKER_TIMEOUT || result->worker.end == WORKER_KILLED ||
+        result->worker.end == WORKER_EXITED) {
+        fprintf(run->screen, "  %s ended or blocked the process it ran in\n",
+                entry_name(evidence->entry));
+        return EXIT_MODULE;
+    }
+    if (evidence->incident_count == 0 && evidence->calls[ENTRY_INI].last_value != 1) {
+        fprintf(run->screen, "  Program_Ini returned %d: the start is aborted\n",
+                (int)evidence->calls[ENTRY_INI].last_value);
+        return EXIT_MODULE;
+    }
+    return status;
+}
+
+static int play(struct run *run, const char *path)
+{
+    struct experiment_result result;
+    const char *slash = strrchr(path, '/');
+    const bool recording = run->recording.count > 0;
+    run->begin = run->shown_at = seconds();
+    int r = experiment_run(&run->experiment, run->image, recording ? &run->recording : NULL,
+                           progress, run, &result);
+    if (r != 0)
+        return complain(run->command, "no worker process: %s", strerror(-r));
+    int status = conclude(run, &result, slash != NULL ? slash + 1 : path);
+    if (run->csv.stream != NULL) {
+        r = output_close(&run->csv, true);
+        if (r != 0 || run->csv_error != 0)
+            status = complain(run->command, "cannot write '%s': %s", run->csv_path,
+                              r != 0 ? strerror(-r) : "write error");
+    }
+    return status;
+}
+
+static int open_module(struct run *run, const struct profile *profile, const char *path,
+                       struct image **image)
+{
+    char why[RUN_WHY];
+    if (image_open(image, path, why) != 0)
+        return complain(run->command, "%s", why);
+    run->image = *image;
+    if ((*image)->defect[0] != '\0')
+        fprintf(stderr, "tgm run: %s: %s\n", path, (*image)->defect);
+    else if ((*image)->format != profile->format || (*image)->target != profile->target)
+        fprintf(stderr, "tgm run: %s: %s %s; %s is needed\n", path, (*image)->format_name,
+                (*image)->target_name, profile->wanted);
+    else
+        return 0;
+    return EXIT_MODULE;
+}
+
+static int start(struct run *run, const struct profile *profile, const char *path,
+                 const char *record)
+{
+    struct image *image = NULL;
+    int status = open_module(run, profile, path, &image);
+    if (status == 0 && run->csv_path != NULL) {
+        const int r = output_open(&run->csv, run->csv_path);
+        if (r != 0)
+            status = complain(run->command, "cannot write '%s': %s", run->csv_path, strerror(-r));
+        else
+            write_head(run, record);
+    }
+    run->screen = run->csv.stream == stdout ? stderr : stdout;
+    run->terminal = isatty(fileno(run->screen)) != 0;
+    if (status == 0)
+        status = play(run, path);
+    output_close(&run->csv, false);
+    if (image != NULL)
+        image_close(image);
+    return status;
+}
+
+int command_run(const struct command *command, int argc, char **argv)
+{
+    static struct run run;
+    const char *profile_name = "pc4", *record = NULL, *module = NULL;
+    uint64_t duration = UINT64_C(2000000000), cycle_us = 0, seed = 0x1d2f;
+    const struct option table[] = {
+        { "--for", OPTION_DURATION, "TIME", "simulated time, as in 2s or 500ms (default 2s)",
+          &duration, 0, 0 },
+        { "--cycle", OPTION_NUMBER, "US", "Cycle_Time in microseconds: 250, 500 (default) or 1000",
+          &cycle_us, 0, 0 },
+        { "--record", OPTION_TEXT, "NAMES",
+          "registers to record, as in 'SERVO[0].Position,DIO[0].In0'", &record, 0, 0 },
+        { "--csv", OPTION_TEXT, "FILE", "where the recording goes, - for standard output",
+          &run.csv_path, 0, 0 },
+        { "--seed", OPTION_NUMBER, "N", "seed of places, poison and machine (default 0x1d2f)",
+          &seed, 0, 0 },
+        { "--profile", OPTION_TEXT, "NAME", "which TG Motion to be: pc4 (default)", &profile_name,
+          0, 0 },
+        { 0 },
+    };
+    int words, status;
+    run.command = command;
+    if (!options_read(command, table, argc, argv, &module, 1, &words, &status))
+        return status;
+    if (words == 0)
+        return complain(command, "which module? usage: tgm run %s", command->usage);
+    const struct profile *profile = profile_find(profile_name);
+    if (profile == NULL)
+        return complain(command, "unknown profile '%s'; allowed: pc4", profile_name);
+    const struct product *product = product_find(profile->product);
+    if (cycle_us == 0)
+        cycle_us = product->default_cycle_us;
+    if (cycle_us > UINT32_MAX || !product_allows_cycle(product, (uint32_t)cycle_us))
+        return complain(command, "--cycle must be 250, 500 or 1000, not %" PRIu64, cycle_us);
+    if ((record == NULL) != (run.csv_path == NULL))
+        return complain(command, "--record and --csv go together: which registers, and where to");
+    if (record != NULL && (status = read_registers(&run, record)) != 0)
+        return status;
+    run.experiment.name = "run";
+    run.experiment.host.product = product;
+    run.experiment.host.cycle_us = (uint32_t)cycle_us;
+    run.experiment.host.seed = seed;
+    run.experiment.host.plant = &plant_default;
+    run.experiment.cycles = (duration + cycle_us * 1000 - 1) / (cycle_us * 1000);
+    return start(&run, profile, module, record);
+}

@@ -1,0 +1,288 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+#include "host/catalogue.h"
+
+#include <ctype.h>
+#include <errno.h>
+#include <stdbool.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+struct member {
+    const char *owner, *name;
+    enum scalar type;
+    const char *type_name; /* structure when type is STRUCT */
+    size_t count, offset, size;
+    const char *access, *unit, *note;
+};
+
+static const struct catalogue_memory memories[] = {
+#define CATALOGUE_MEMORY(number, name, root, type, count, size, pointer)                           \
+    { number, name, root, type, count, size, pointer },
+#define CATALOGUE_MEMBER(...)
+#include "host/catalogue_gen4.inc"
+#undef CATALOGUE_MEMORY
+#undef CATALOGUE_MEMBER
+};
+
+static const struct member members[] = {
+#define CATALOGUE_MEMORY(...)
+#define CATALOGUE_MEMBER(owner, name, type, type_name, count, offset, size, access, unit, note)    \
+    { owner, name, type, type_name, count, offset, size, access, unit, note },
+#include "host/catalogue_gen4.inc"
+#undef CATALOGUE_MEMORY
+#undef CATALOGUE_MEMBER
+};
+
+/* Parts of TGM_System that the manual names without their memory. */
+static const struct {
+    const char *alias, *path;
+} aliases[] = { { "HEADER", "SYSTEM.Header" },
+                { "MAIN", "SYSTEM.Main" },
+                { "TIMERS", "SYSTEM.Timers" },
+                { "OSC", "SYSTEM.Osc" } };
+
+static const char *const scalar_names[] = { "I8",  "U8",  "I16", "U16", "I32",   "U32",
+                                            "I64", "U64", "F32", "F64", "STRUCT" };
+static const size_t scalar_sizes[] = { 1, 1, 2, 2, 4, 4, 8, 8, 4, 8, 0 };
+
+#define COUNT(array) (sizeof(array) / sizeof *(array))
+
+const struct catalogue_memory *catalogue_memory(size_t index)
+{
+    return index < COUNT(memories) ? &memories[index] : NULL;
+}
+
+const struct catalogue_memory *catalogue_memory_named(const char *name)
+{
+    for (size_t i = 0; i < COUNT(memories); i++)
+        if (strcmp(memories[i].name, name) == 0)
+            return &memories[i];
+    return NULL;
+}
+
+size_t scalar_size(enum scalar type)
+{
+    return scalar_sizes[type];
+}
+
+const char *scalar_name(enum scalar type)
+{
+    return scalar_names[type];
+}
+
+double scalar_get(enum scalar type, const void *at)
+{
+    union {
+        int8_t i8;
+        uint8_t u8;
+        int16_t i16;
+        uint16_t u16;
+        int32_t i32;
+        uint32_t u32;
+        int64_t i64;
+        uint64_t u64;
+        float f32;
+        double f64;
+    } v = { 0 };
+    memcpy(&v, at, scalar_sizes[type]);
+    switch (type) {
+    case I8:
+        return v.i8;
+    case U8:
+        return v.u8;
+    case I16:
+        return v.i16;
+    case U16:
+        return v.u16;
+    case I32:
+        return v.i32;
+    case U32:
+        return v.u32;
+    case I64:
+        return (double)v.i64;
+    case U64:
+        return (double)v.u64;
+    case F32:
+        return (double)v.f32;
+    case F64:
+        return v.f64;
+    case STRUCT:
+        break;
+    }
+    return 0;
+}
+
+/* One part of a path: name and optional index; rest points behind it and its dot. */
+struct part {
+    char name[64];
+    bool indexed;
+    size_t index;
+    const char *rest;
+};
+
+static int part_read(const char *text, struct part *part, char why[CATALOGUE_WHY])
+{
+    size_t length = strcspn(text, ".[");
+    if (length == 0 || length >= sizeof part->name) {
+        snprintf(why, CATALOGUE_WHY, "'%s' has no register name where one is expected", text);
+        return -EINVAL;
+    }
+    memcpy(part->name, text, length);
+    part->name[length] = '\0';
+    text += length;
+    part->indexed = *text == '[';
+    part->index = 0;
+    if (part->indexed) {
+        char *end;
+        errno = 0;
+        unsigned long value = strtoul(text + 1, &end, 0);
+        if (!isdigit((unsigned char)text[1]) || *end != ']' || errno != 0) {
+            snprintf(why, CATALOGUE_WHY, "'%s' needs an index such as %s[0]", part->name,
+                     part->name);
+            return -EINVAL;
+        }
+        part->index = value;
+        text = end + 1;
+    }
+    if (*text != '\0' && *text != '.') {
+        snprintf(why, CATALOGUE_WHY, "unexpected '%s' after %s", text, part->name);
+        return -EINVAL;
+    }
+    part->rest = *text == '.' ? text + 1 : text;
+    return 0;
+}
+
+static const struct member *member_find(const char *owner, const char *name)
+{
+    for (size_t i = 0; i < COUNT(members); i++)
+        if (strcmp(members[i].owner, owner) == 0 && strcmp(members[i].name, name) == 0)
+            return &members[i];
+    return NULL;
+}
+
+/* What could be meant: same letters in another case, else the first names of the structure. */
+static void member_unknown(const char *owner, const char *name, char why[CATALOGUE_WHY])
+{
+    int at = snprintf(why, CATALOGUE_WHY, "%s has no register '%s'", owner, name);
+    for (size_t i = 0; i < COUNT(members); i++)
+        if (strcmp(members[i].owner, owner) == 0) {
+            const char *a = members[i].name, *b = name;
+            while (*a != '\0' && tolower((unsigned char)*a) == tolower((unsigned char)*b))
+                a++, b++;
+            if (*a == '\0' && *b == '\0') {
+                snprintf(why + at, (size_t)(CATALOGUE_WHY - at), "; did you mean %s?",
+                         members[i].name);
+                return;
+            }
+        }
+    at += snprintf(why + at, (size_t)(CATALOGUE_WHY - at), "; it has");
+    for (size_t i = 0; i < COUNT(members) && at < CATALOGUE_WHY - 40; i++)
+        if (strcmp(members[i].owner, owner) == 0 && strcmp(members[i].access, "reserved") != 0)
+            at += snprintf(why + at, (size_t)(CATALOGUE_WHY - at), " %s", members[i].name);
+    snprintf(why + at, (size_t)(CATALOGUE_WHY - at), " ... (docs/registers-gen4.md)");
+}
+
+static int resolve_member(const char *owner, const char *path, struct catalogue_register *out,
+                          char why[CATALOGUE_WHY])
+{
+    struct part part;
+    int r = part_read(path, &part, why);
+    if (r != 0)
+        return r;
+    const struct member *member = member_find(owner, part.name);
+    if (member == NULL) {
+        member_unknown(owner, part.name, why);
+        return -EINVAL;
+    }
+    if (part.index >= member->count || (member->count > 1 && !part.indexed) ||
+        (member->count == 1 && part.indexed)) {
+        if (member->count > 1)
+            snprintf(why, CATALOGUE_WHY, "%s.%s is an array: use %s[0] to %s[%zu]", owner,
+                     part.name, part.name, part.name, member->count - 1);
+        else
+            snprintf(why, CATALOGUE_WHY, "%s.%s is no array", owner, part.name);
+        return -EINVAL;
+    }
+    out->offset += member->offset + part.index * (member->size / member->count);
+    if (member->type == STRUCT) {
+        if (*part.rest == '\0') {
+            snprintf(why, CATALOGUE_WHY,
+                     "%s.%s is a group of registers: name one of them, as in %s.%s", owner,
+                     part.name, part.name, "<register>");
+            return -EINVAL;
+        }
+        return resolve_member(member->type_name, part.rest, out, why);
+    }
+    if (*part.rest != '\0') {
+        snprintf(why, CATALOGUE_WHY, "%s.%s is a single register, '.%s' cannot follow", owner,
+                 part.name, part.rest);
+        return -EINVAL;
+    }
+    out->type = member->type;
+    out->unit = member->unit;
+    out->access = member->access;
+    return 0;
+}
+
+static int resolve_flat(const struct catalogue_memory *memory, const char *path,
+                        struct catalogue_register *out, char why[CATALOGUE_WHY])
+{
+    struct part part;
+    int r = part_read(path, &part, why);
+    if (r != 0)
+        return r;
+    for (enum scalar type = I8; type < STRUCT; type++)
+        if (strcmp(part.name, scalar_names[type]) == 0 && part.indexed && *part.rest == '\0') {
+            if (part.index > memory->size - scalar_sizes[type]) {
+                snprintf(why, CATALOGUE_WHY, "%s has %zu bytes, offset %zu is past its end",
+                         memory->name, memory->size, part.index);
+                return -EINVAL;
+            }
+            out->offset = part.index;
+            out->type = type;
+            out->unit = "-";
+            out->access = "RW";
+            return 0;
+        }
+    snprintf(why, CATALOGUE_WHY,
+             "%s is named by type and byte offset, as in %s.F64[16]; types: I8 U8 I16 U16 I32 "
+             "U32 I64 U64 F32 F64",
+             memory->root, memory->root);
+    return -EINVAL;
+}
+
+int catalogue_resolve(const char *name, struct catalogue_register *out, char why[CATALOGUE_WHY])
+{
+    struct part part;
+    int r = part_read(name, &part, why);
+    if (r != 0)
+        return r;
+    memset(out, 0, sizeof *out);
+    for (size_t i = 0; i < COUNT(aliases); i++)
+        if (strcmp(aliases[i].alias, part.name) == 0 && !part.indexed) {
+            char path[CATALOGUE_WHY];
+            snprintf(path, sizeof path, "%s.%s", aliases[i].path, part.rest);
+            return catalogue_resolve(path, out, why);
+        }
+    for (size_t i = 0; i < COUNT(memories); i++) {
+        const struct catalogue_memory *memory = &memories[i];
+        if (strcmp(memory->root, "-") == 0 || strcmp(memory->root, part.name) != 0)
+            continue;
+        if (part.index >= memory->count || (memory->count > 1 && !part.indexed)) {
+            snprintf(why, CATALOGUE_WHY, "use %s[0] to %s[%zu]", part.name, part.name,
+                     memory->count - 1);
+            return -EINVAL;
+        }
+        out->memory = memory;
+        if (strcmp(memory->type, "-") == 0)
+            return resolve_flat(memory, part.rest, out, why);
+        out->offset = part.index * (memory->size / memory->count);
+        return resolve_member(memory->type, part.rest, out, why);
+    }
+    snprintf(why, CATALOGUE_WHY,
+             "'%s' is no memory; allowed: SYSTEM HEADER MAIN TIMERS OSC SERVO[n] DIO[n] "
+             "INTERPOLATOR[n] DATA CAM OSCDATA",
+             part.name);
+    return -EINVAL;
+}

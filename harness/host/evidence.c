@@ -1,0 +1,59 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+#include "host/evidence.h"
+
+static void end_text(char *text, size_t size)
+{
+    text[size - 1] = '\0';
+    for (char *c = text; *c != '\0'; c++)
+        if ((unsigned char)*c < 0x20 && *c != '\t')
+            *c = ' ';
+}
+
+/* Enumerations and bools of the block may hold any bits: they are made valid before they are read.
+ */
+static void clean_bool(bool *flag)
+{
+    unsigned char *byte = (unsigned char *)flag;
+    *byte = *byte != 0;
+}
+
+static void clean_entry(enum entry *entry)
+{
+    if ((unsigned)*entry >= ENTRY_COUNT)
+        *entry = ENTRY_INI;
+}
+
+static void clean_incident(struct evidence_incident *incident)
+{
+    clean_entry(&incident->entry);
+    if ((unsigned)incident->kind > MACHINE_HANG)
+        incident->kind = MACHINE_FAULT;
+    if ((unsigned)incident->fault.access > MACHINE_ACCESS_EXECUTE)
+        incident->fault.access = MACHINE_ACCESS_NONE;
+    clean_bool(&incident->fault.in_module);
+    clean_bool(&incident->fault.has_pc);
+    incident->fault.service = NULL;
+    end_text(incident->fault.region, sizeof incident->fault.region);
+    end_text(incident->service, sizeof incident->service);
+}
+
+void evidence_clean(struct evidence *evidence)
+{
+    if ((unsigned)evidence->stage > EVIDENCE_FINISHED)
+        evidence->stage = EVIDENCE_NOTHING;
+    clean_entry(&evidence->entry);
+    for (unsigned i = 0; i < ENTRY_COUNT; i++)
+        clean_bool(&evidence->calls[i].disabled);
+    clean_bool(&evidence->all_op);
+    if (evidence->axis_count > EVIDENCE_AXES)
+        evidence->axis_count = EVIDENCE_AXES;
+    if (evidence->incident_count > EVIDENCE_INCIDENTS)
+        evidence->incident_count = EVIDENCE_INCIDENTS;
+    for (unsigned i = 0; i < EVIDENCE_INCIDENTS; i++)
+        clean_incident(&evidence->incidents[i]);
+    for (unsigned i = 0; i < EVIDENCE_MESSAGES; i++) {
+        clean_entry(&evidence->messages[i].entry);
+        end_text(evidence->messages[i].text, EVIDENCE_TEXT);
+    }
+    end_text(evidence->trouble, sizeof evidence->trouble);
+}

@@ -1,0 +1,90 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * evidence.h - what one experiment saw.
+ *
+ * A plain block of fixed size that the worker process fills as it goes and the parent reads when
+ * the worker is gone, however it went. To the parent it is untrusted: counts are clamped and texts
+ * terminated by evidence_clean() before anybody looks. Rules judge from it and from nothing else.
+ */
+#ifndef HARNESS_HOST_EVIDENCE_H
+#define HARNESS_HOST_EVIDENCE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "host/product.h"
+#include "machine/machine.h"
+
+#define EVIDENCE_INCIDENTS 16
+#define EVIDENCE_MESSAGES  32
+#define EVIDENCE_TEXT      240
+#define EVIDENCE_AXES      4
+
+/* Where in the run something was. Cycle counts from 0; before the first cycle it is
+ * EVIDENCE_NO_CYCLE. */
+#define EVIDENCE_NO_CYCLE UINT64_MAX
+
+struct evidence_calls {
+    uint64_t count;     /* calls that returned */
+    int32_t last_value; /* low 32 bits of the latest result */
+    bool disabled;      /* not called any more after a fault or hang */
+};
+
+/* A call that did not return as it should. The pointers inside outcome.fault are not used here. */
+struct evidence_incident {
+    enum entry entry;
+    uint64_t cycle;
+    enum machine_outcome_kind kind;
+    struct machine_fault fault;
+    char service[MACHINE_REGION_NAME]; /* host service running for the module, "" when none */
+};
+
+struct evidence_message {
+    enum entry entry;
+    uint64_t cycle;
+    int32_t severity;
+    char text[EVIDENCE_TEXT]; /* UTF-8, without trailing line ends */
+};
+
+enum evidence_stage {
+    EVIDENCE_NOTHING, /* the worker did not get as far as loading */
+    EVIDENCE_LOADED,
+    EVIDENCE_CALLING, /* inside a call: see entry, cycle */
+    EVIDENCE_BETWEEN, /* between calls */
+    EVIDENCE_FINISHED /* everything the experiment asked for was done */
+};
+
+struct evidence {
+    enum evidence_stage stage;
+    enum entry entry; /* of the latest call */
+    uint64_t cycle;   /* of the latest call */
+    uint64_t cycles_done;
+    uint64_t time_ns; /* simulated */
+
+    /* For the status line of `tgm run`; the bus as the host last saw it. */
+    unsigned axis_count;
+    double axis_position[EVIDENCE_AXES]; /* inc */
+    bool all_op;
+    struct evidence_calls calls[ENTRY_COUNT];
+
+    unsigned incident_count; /* stored; all that happened are stored, a function is disabled by its
+                                first */
+    struct evidence_incident incidents[EVIDENCE_INCIDENTS];
+
+    uint64_t message_count; /* all; the first EVIDENCE_MESSAGES are stored */
+    struct evidence_message messages[EVIDENCE_MESSAGES];
+
+    uint64_t op_cycle;   /* first cycle with every slave in OP, EVIDENCE_NO_CYCLE when never */
+    uint64_t wkc_errors; /* exchanges with a working counter below the expected one, once in OP */
+    uint64_t sleeps_in_04_05; /* SleepFt where it is forbidden */
+    size_t stack_used;        /* bytes */
+    unsigned slaves;
+
+    char trouble[MACHINE_WHY]; /* the harness itself could not go on: why; "" when all is well */
+};
+
+/* Makes a block that a worker wrote safe to read. */
+void evidence_clean(struct evidence *evidence);
+
+#endif

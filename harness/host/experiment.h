@@ -1,0 +1,47 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * experiment.h - one run of one module under stated conditions, as data; its evidence.
+ *
+ * experiment_run() makes a worker process, in it a machine and a host, plays the experiment and
+ * brings the evidence back, whatever the module does. The same experiment on the same file gives
+ * the same evidence (wall times excepted: there are none in it).
+ */
+#ifndef HARNESS_HOST_EXPERIMENT_H
+#define HARNESS_HOST_EXPERIMENT_H
+
+#include "host/host.h"
+#include "machine/worker.h"
+
+struct experiment {
+    const char *name;        /* "cycle-500": stable, for reports and reproduction */
+    struct host_config host; /* product, Cycle_Time, mutation, seed ... */
+    uint64_t cycles;         /* 0: only Program_Ini is called */
+    uint64_t wall_ns;        /* limit on the worker; 0 = 10 s + 2 ms a cycle */
+};
+
+/* What became of an experiment. */
+struct experiment_result {
+    struct evidence evidence; /* clean */
+    struct worker_result worker;
+};
+
+/* Values of registers as they were right after Program_04, once a cycle (every `every` cycles). */
+struct recording {
+    const struct catalogue_register *registers;
+    size_t count;
+    unsigned every;
+};
+
+/* Called in the parent: evidence while the worker runs (a snapshot that may be mid-change), and
+ * recorded rows as they arrive: row_count rows of 1 + recording.count doubles, the first is the
+ * time in seconds. */
+typedef void experiment_progress(void *argument, const struct evidence *evidence,
+                                 const double *rows, size_t row_count);
+
+/* 0 with *result filled, or negative errno when no worker could be made. recording and progress may
+ * be NULL. */
+int experiment_run(const struct experiment *experiment, const struct image *image,
+                   const struct recording *recording, experiment_progress *progress, void *argument,
+                   struct experiment_result *result);
+
+#endif

@@ -1,0 +1,124 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/* The shared memories and the six PLC_DATA, as a controller has them before Program_Ini is called.
+ */
+#include "host/host_parts.h"
+
+#include <errno.h>
+#include <stdio.h>
+#include <string.h>
+
+static size_t memory_size(const struct host *host, const char *name)
+{
+    (void)host;
+    const struct catalogue_memory *memory = catalogue_memory_named(name);
+    return memory != NULL ? memory->size : 0;
+}
+
+static void fill_header(struct host *host)
+{
+    const struct product *product = host->config.product;
+    HEADER *h = &host->system->Header;
+    size_t count = 0;
+    while (catalogue_memory(count) != NULL)
+        count++;
+    h->Compatibility_Id = product->compatibility_id;
+    h->CompatibilityMem_Id = product->memory_id;
+    h->CompatibilityCnc_Id = product->cnc_id;
+    h->Mem_Number = (uint32_t)count;
+    h->Mem_Size_System = (uint32_t)memory_size(host, "TGM_System");
+    h->Mem_Size_Data = (uint32_t)memory_size(host, "TGM_Data");
+    h->Mem_Size_Cam = (uint32_t)memory_size(host, "TGM_Cam_Profile");
+    h->Mem_Size_Osc = (uint32_t)memory_size(host, "TGM_Oscilloscope");
+    h->Mem_Size_Servo = (uint32_t)memory_size(host, "TGM_Servo");
+    h->Mem_Size_Dio = (uint32_t)memory_size(host, "TGM_Dio");
+    h->Mem_Size_Interpolator = (uint32_t)memory_size(host, "TGM_Interpolator");
+    h->Mem_Size_InterpolatorWrite = (uint32_t)memory_size(host, "InterpolatorWriteMemory");
+    h->Mem_Size_InterpolatorRead = (uint32_t)memory_size(host, "InterpolatorReadMemory");
+    h->Mem_Size_Ods = (uint32_t)memory_size(host, "TGM_ODS");
+    h->Mem_Size_CncEx = (uint32_t)memory_size(host, "TGM_CNCEX");
+}
+
+static void fill_main(struct host *host)
+{
+    const struct product *product = host->config.product;
+    const uint32_t *period = host->config.program_period_us;
+    MAIN *m = &host->system->Main;
+    m->TGMotion_Version = product->version;
+    m->Size_EEPROM_Memory = sizeof host->system->Eeprom.Data;
+    m->Number_Servos = host->config.plant->servos;
+    m->Number_Dios = host->config.plant->dios;
+    m->Servo_SetCycleTime = host->config.cycle_us;
+    m->PLC_SetCycleTime_Prg1 = period[0];
+    m->PLC_SetCycleTime_Prg2 = period[1];
+    m->PLC_SetCycleTime_Prg3 = period[2];
+    m->PLC_SetCycleTime_Prg4 = host->config.cycle_us;
+    m->Interpolator_SetCycleTime = host->schedule->slots[1].at_us;
+}
+
+/* Each instance ends at a guard page, so that reading past it faults, and is read-only to the
+ * module. */
+static int plc_data_open(struct host *host, char why[HOST_WHY])
+{
+    for (int entry = 0; entry < ENTRY_COUNT; entry++) {
+        char name[MACHINE_REGION_NAME];
+        void *own, *module;
+        snprintf(name, sizeof name, "PLC_DATA of %s", entry_name((enum entry)entry));
+        int r = machine_map(host->machine, name, sizeof(PLC_DATA), MACHINE_REGION_READ, &own,
+                            &module, why);
+        if (r != 0)
+            return r;
+        host->plc_data[entry] = own;
+        host->plc_data_module[entry] = module;
+        memset(own, 0, sizeof(PLC_DATA));
+        host->plc_data[entry]->structSize = sizeof(PLC_DATA);
+        services_bind(host, &host->plc_data[entry]->functions);
+        for (size_t i = 0; catalogue_memory(i) != NULL; i++)
+            if (catalogue_memory(i)->pointer >= 0)
+                memcpy((char *)own + catalogue_memory(i)->pointer, &host->memory[i],
+                       sizeof(void *));
+    }
+    return 0;
+}
+
+int memories_open(struct host *host, char why[HOST_WHY])
+{
+    for (size_t i = 0; catalogue_memory(i) != NULL; i++) {
+        const struct catalogue_memory *memory = catalogue_memory(i);
+        void *module;
+        if (i >= HOST_MEMORIES) {
+            snprintf(why, HOST_WHY, "more than %d shared memories in the catalogue", HOST_MEMORIES);
+            return -E2BIG;
+        }
+        int r = machine_map(host->machine, memory->name, memory->size, MACHINE_REGION_READ_WRITE,
+                            &host->memory[i], &module, why);
+        if (r != 0)
+            return r;
+        if (strcmp(memory->name, "TGM_System") == 0)
+            host->system = host->memory[i];
+    }
+    fill_header(host);
+    fill_main(host);
+    return plc_data_open(host, why);
+}
+
+void memories_mutate(struct host *host)
+{
+    PLC_DATA *data = host->plc_data[ENTRY_INI];
+    const struct mutation *m = &host->config.mutation;
+    switch (m->kind) {
+    case MUTATION_NONE:
+        break;
+    case MUTATION_NULL_DATA:
+        host->plc_data_module[ENTRY_INI] = NULL;
+        break;
+    case MUTATION_STRUCT_SIZE:
+        data->structSize = m->value;
+        break;
+    case MUTATION_NULL_FUNCTION:
+        memset((char *)data + m->value, 0, sizeof(void *));
+        break;
+    case MUTATION_COMPATIBILITY:
+        host->system->Header.Compatibility_Id = (uint32_t)m->value;
+        break;
+    }
+}

@@ -1,0 +1,29 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * text16.h - UTF-16 text of the module API: formatting as Windows does it, conversion to UTF-8.
+ *
+ * The format language is that of the wide functions of Windows: %s and %ls are UTF-16, %hs and %S
+ * are bytes; %d %i %u %x %X %o %c %C %f %F %e %E %g %G %a %A %p %%, flags - + space # 0, width,
+ * precision,
+ * '*', and the sizes h hh l ll I32 I64 I j z t w. A module built for Linux (ELF) passes 64-bit
+ * `long`. %n is refused: it writes through a pointer and Windows has it switched off.
+ */
+#ifndef HARNESS_HOST_TEXT16_H
+#define HARNESS_HOST_TEXT16_H
+
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+/* Formats into out, at most capacity units with the final 0, which is always written when capacity
+ * > 0. Returns the units written without the final 0, or -1 when the text did not fit or a
+ * conversion is unknown (what came before it is in out). */
+int text16_vformat(uint16_t *out, size_t capacity, const uint16_t *format, va_list arguments);
+int text16_format(uint16_t *out, size_t capacity, const uint16_t *format, ...);
+
+/* UTF-16 to UTF-8 with a final 0, never past capacity bytes (cut between characters); unpaired
+ * surrogates become U+FFFD. Reads text only up to its 0. Returns the bytes written without the 0.
+ */
+size_t text16_to_utf8(char *out, size_t capacity, const uint16_t *text);
+
+#endif

@@ -1,0 +1,197 @@
+#!/bin/sh
+# SPDX-License-Identifier: GPL-2.0-or-later
+# The program as a user meets it: verdicts, bad input, wrong calls, hostile modules. BUILD names the tree.
+set -u
+cd "$(dirname "$0")/.."
+. tests/lib.sh
+build=${BUILD:-build}
+tgm=$build/tgm
+module=$build/template/shuttle.tgm
+fixtures=$build/fixtures
+
+# --- a module that conforms -----------------------------------------------------------------------
+run "$tgm" check "$module" --json "$work/report.json"
+expect "the template passes" 0 "profile pc4 (TG Motion 4.21, ids 4033/904)"
+last_line "the last line is the verdict" "^RESULT: PASS ([0-9]* passed, 0 failed, 0 not judged) profile=pc4 seed=0x1d2f sha256=[0-9a-f]\{64\}$"
+lacks "no colours on a pipe" "$(printf '\033')"
+run python3 - "$work/report.json" "$module" <<'EOF'
+import hashlib, json, sys
+r = json.load(open(sys.argv[1]))
+assert r["schema"] == "tgm-check/1" and r["tool"].startswith("tgm "), r
+assert r["module"]["path"] == sys.argv[2]
+assert r["module"]["sha256"] == hashlib.sha256(open(sys.argv[2], "rb").read()).hexdigest()
+assert (r["module"]["format"], r["module"]["target"]) == ("ELF64", "x86-64")
+assert (r["profile"], r["seed"], r["verdict"]) == ("pc4", "0x1d2f", "PASS")
+assert r["counts"] == {"passed": len(r["rules"]), "failed": 0, "not_judged": 0}
+for rule in r["rules"]:
+    assert rule["severity"] == "must" and rule["outcome"] == "pass" and rule["findings"] == [], rule
+EOF
+expect "the JSON report follows tgm-check/1" 0
+
+run "$tgm" check "$fixtures/no-fault/bad.tgm" --cycles 60 --json -
+cp "$out" "$work/stdout.json"
+run python3 -c '
+import json, sys
+r = json.load(open(sys.argv[1]))
+f = [x for x in r["rules"] if x["outcome"] == "fail"]
+assert r["verdict"] == "FAIL" and [x["id"] for x in f] == ["no-fault"], f
+one = f[0]["findings"][0]
+assert one["function"] == "Program_04" and one["cycle"] == 19 and one["count"] == 3, one
+assert "no-fault/bad.c:" in one["place"] and "--rule no-fault" in one["again"], one
+' "$work/stdout.json"
+expect "--json - gives JSON alone on standard output" 0
+
+run "$tgm" check "$fixtures/no-fault/bad.tgm" --cycles 60
+expect "a finding names function, cycle, place, clause, advice and how to see it again" 1 \
+    "FAIL  no-fault" "manual: Functions PLC" "Program_04 divided by zero" "in cycle 19 at Cycle_Time 250 us" \
+    "bad.tgm+0x" "(Program_04)" "no-fault/bad.c:" "again: tgm check" "more:  tgm explain no-fault"
+again=$(sed -n 's/.*again: tgm //p' "$out")
+# shellcheck disable=SC2086
+run "$tgm" $again
+expect "the reproduction line reproduces" 1 "Program_04 divided by zero"
+
+# --- files that are no modules --------------------------------------------------------------------
+for case in "$work/missing:No such file" "$work:is a directory"; do
+    run "$tgm" check "${case%%:*}"
+    expect "no file: ${case#*:}" 2 "${case#*:}"
+    [ "$(cat "$out" "$err" | wc -l)" = 1 ] && pass "in one line" || fail "in one line"
+done
+mkfifo "$work/fifo"
+run timeout 5 "$tgm" check "$work/fifo"
+expect "a pipe is refused, not waited for" 2 "fifo"
+if [ "$(id -u)" != 0 ]; then
+    cp "$module" "$work/secret" && chmod 000 "$work/secret"
+    run "$tgm" check "$work/secret"
+    expect "an unreadable file" 2 "ermission"
+fi
+
+no_module() { # name file text
+    run "$tgm" check "$2" --cycles 20
+    expect "no module: $1" 1 "file-format" "$3"
+    last_line "no module: $1: FAIL" "^RESULT: FAIL"
+}
+: >"$work/empty"
+no_module "empty file" "$work/empty" "empty"
+echo "This is a letter, not a machine." >"$work/letter"
+no_module "text" "$work/letter" "text"
+dd if=/dev/urandom of="$work/noise" bs=1024 count=64 2>/dev/null
+no_module "random bytes" "$work/noise" "FAIL"
+no_module "an object file" "$fixtures/file-format/bad.tgm" "link it first"
+no_module "another architecture" "$build/modules/six_i386.so" "i386"
+no_module "a Windows module" "$build/modules/six.dll" "PE"
+no_module "a program" /bin/true "FAIL"
+python3 - "$module" "$work/core" <<'EOF'
+import sys
+b = bytearray(open(sys.argv[1], "rb").read())
+b[16] = 4 # e_type ET_CORE
+open(sys.argv[2], "wb").write(b)
+EOF
+no_module "a core file" "$work/core" "core"
+
+size=$(wc -c <"$module")
+crashed=0
+tried=0
+at=0
+while [ "$at" -lt "$size" ]; do
+    head -c "$at" "$module" >"$work/cut"
+    run "$tgm" check "$work/cut" --cycles 5
+    case $status in 0 | 1 | 3) ;; *) crashed=$((crashed + 1)) ;; esac
+    tried=$((tried + 1))
+    at=$((at + 397))
+done
+[ "$crashed" = 0 ] && pass "truncated at $tried places" || fail "truncated at $tried places: $crashed ended the harness"
+
+# --- wrong calls ----------------------------------------------------------------------------------
+run "$tgm"
+expect "no command" 2 "tgm check"
+run "$tgm" chekc
+expect "unknown command" 2 "did you mean check?"
+run "$tgm" frobnicate
+expect "unknown command, nothing near" 2 "allowed: check run"
+run "$tgm" check --profle pc4 "$module"
+expect "unknown option" 2 "unknown option --profle (did you mean --profile?)"
+run "$tgm" check --zzz "$module"
+expect "unknown option, nothing near" 2 "allowed: --profile"
+run "$tgm" check
+expect "no module named" 2 "which module?"
+run "$tgm" check a b
+expect "two modules" 2 "unexpected 'b'"
+run "$tgm" check --profile pc9 "$module"
+expect "unknown profile" 2 "allowed: pc4"
+run "$tgm" check --rule 'nothing*' "$module"
+expect "no such rule" 2 "no rule matches"
+run "$tgm" check --seed twelve "$module"
+expect "no number" 2 "--seed needs a number"
+run "$tgm" check --cycles 0 "$module"
+expect "number out of range" 2 "--cycles must be 1 to"
+run "$tgm" check --json "$work/no/such/dir.json" "$module"
+expect "unwritable report" 2 "cannot write"
+run "$tgm" run --cycle 300 "$module"
+expect "no such Cycle_Time" 2 "250, 500 or 1000"
+run "$tgm" run --record 'SERVO[0].position' --csv "$work/x.csv" "$module"
+expect "no such register" 2 "did you mean Position?"
+[ ! -e "$work/x.csv" ] && pass "a wrong call leaves no file" || fail "a wrong call leaves no file"
+run "$tgm" run --record 'SERVO[0].Position' "$module"
+expect "--record without --csv" 2 "go together"
+run "$tgm" run --for 10 "$module"
+expect "time without unit" 2 "2s, 500ms or 250us"
+run "$tgm" explain no-falt
+expect "no such rule to explain" 2 "did you mean no-fault?"
+run "$tgm" explain no-fault
+expect "explain" 0 "No function faults"
+run "$tgm" rules
+expect "rules" 0 "export-names" "no-stray-write"
+run "$tgm" check --help
+expect "help" 0 "--json FILE"
+
+# --- hostile modules ------------------------------------------------------------------------------
+hostile() { # name file text
+    run timeout 60 "$tgm" check "$2" --cycles 60
+    expect "hostile: $1" 1 "$3"
+    last_line "hostile: $1: FAIL" "^RESULT: FAIL"
+    if pgrep -f "$2" >/dev/null; then fail "hostile: $1: a process is left"; else pass "hostile: $1: nothing is left"; fi
+}
+hostile "kills its parent" "$fixtures/no-system-call/bad.tgm" "system call 110"
+hostile "claims PASS and exits" "$fixtures/no-system-call/bad-exit.tgm" "system call 1)"
+lacks "the claim is not printed" "(19 passed, 0 failed, 0 not judged)"
+hostile "never returns" "$fixtures/returns/bad.tgm" "did not return"
+
+# --- run ------------------------------------------------------------------------------------------
+names='SERVO[0].Position,SERVO[0].WritePosition'
+run "$tgm" run "$module" --for 2s --record "$names" --csv "$work/a.csv"
+expect "run" 0 "shuttle 1.00 started" "cycle 4000 of 4000"
+run "$tgm" run "$module" --for 2s --record "$names" --csv "$work/b.csv"
+cmp -s "$work/a.csv" "$work/b.csv" && pass "equal seeds give equal recordings" || fail "equal seeds give equal recordings"
+run "$tgm" run "$module" --for 2s --record "$names" --csv "$work/c.csv" --seed 7
+cmp -s "$work/a.csv" "$work/c.csv" && fail "another seed gives another recording" || pass "another seed gives another recording"
+[ "$(wc -l <"$work/a.csv")" = 4001 ] && pass "one row a cycle" || fail "one row a cycle"
+head -n 1 "$work/a.csv" | grep -qxF "time_s,$names" && pass "the recording names its columns" || fail "the recording names its columns"
+for cycle in 250 1000; do
+    run "$tgm" run "$module" --for 1s --cycle $cycle
+    expect "run at $cycle us" 0 "cycle $((1000000 / cycle)) of"
+done
+run python3 - "$tgm" "$module" <<'EOF'
+import subprocess, sys
+# The carriage must have homed and travelled between 1 and 6 revolutions from the home switch.
+rows = subprocess.run([sys.argv[1], "run", sys.argv[2], "--for", "10s", "--record",
+                       "DATA.U32[4],DATA.F64[16],DATA.U32[8],DIO[0].In0,DIO[0].Out0,SERVO[0].PositionError", "--csv", "-"],
+                      capture_output=True, text=True, check=True).stdout.splitlines()[1:]
+rows = [[float(x) for x in r.split(",")] for r in rows]
+moving = [r for r in rows if r[1] == 4]
+assert len(moving) > 10000, len(moving)
+positions = [r[2] for r in moving]
+assert 0.9 < min(positions) < 1.1 and 5.9 < max(positions) < 6.1, (min(positions), max(positions))
+assert rows[-1][3] >= 5, rows[-1]
+assert all(b[5] == a[4] for a, b in zip(moving, moving[1:]) if a[4] == b[4]), "output 0 does not follow input 0"
+assert {r[4] for r in moving} == {0.0, 1.0}, "input 0 never changed"
+assert max(abs(r[6]) for r in moving) < 1048576 * 0.2, max(abs(r[6]) for r in moving)
+EOF
+expect "the template's machine homes, shuttles and mirrors its input" 0
+run "$tgm" run "$fixtures/no-fault/bad.tgm"
+expect "run tells of a fault" 1 "Program_04 divided by zero" "no-fault/bad.c:"
+run "$tgm" run "$fixtures/ini-returns-one/bad.tgm"
+expect "run tells of a refused start" 1 "Program_Ini returned 2"
+run "$tgm" run "$work/letter"
+expect "run of no module" 1 "text"
+
+finish

@@ -1,0 +1,110 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * Every rule proves itself: each of its bad modules trips exactly that rule, its good twin none.
+ * The fixtures are found by folder: a rule without both is a failure.
+ */
+#include <dirent.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "conformance/check.h"
+
+/* Enough for every fixture's deed (in cycle 20 at the latest), short enough to run them all. */
+#define CYCLES 60
+
+static struct check *checked(const char *path)
+{
+    struct check *check;
+    char why[CHECK_WHY];
+    const struct check_options options = {
+        .path = path, .tool = "test", .profile = profile_find("pc4"), .seed = 1, .cycles = CYCLES
+    };
+    if (check_run(&check, &options, why) != 0)
+        fail_msg("%s: %s", path, why);
+    return check;
+}
+
+static void print_findings(const struct report *report)
+{
+    for (size_t i = 0; i < report->rule_count; i++) {
+        const struct rule_report *rule = &report->rules[i];
+        for (size_t k = 0; k < rule->finding_count; k++)
+            print_message("    %s: %s %s %s\n", rule->id, rule->findings[k].what,
+                          rule->findings[k].when, rule->findings[k].place);
+        if (rule->outcome == RULE_NOT_JUDGED)
+            print_message("    %s: not judged: %s\n", rule->id, rule->reason);
+    }
+}
+
+static void judge_bad(const char *path, const char *id)
+{
+    struct check *check = checked(path);
+    const struct report *report = check_report(check);
+    bool right = report->verdict == VERDICT_FAIL;
+    for (size_t i = 0; i < report->rule_count; i++)
+        right = right &&
+                (report->rules[i].outcome == RULE_FAILED) == (strcmp(report->rules[i].id, id) == 0);
+    if (!right) {
+        print_findings(report);
+        fail_msg("%s must trip %s and nothing else", path, id);
+    }
+    check_free(check);
+}
+
+static void judge_good(const char *path)
+{
+    struct check *check = checked(path);
+    const struct report *report = check_report(check);
+    if (report->verdict != VERDICT_PASS || report->failed + report->not_judged != 0) {
+        print_findings(report);
+        fail_msg("%s must pass", path);
+    }
+    check_free(check);
+}
+
+static void a_bad_fixture_trips_exactly_its_rule_and_the_good_one_none(void **state)
+{
+    const struct rule *rule = *state;
+    char folder[512], path[1024];
+    unsigned bad = 0, good = 0;
+    snprintf(folder, sizeof folder, "%s/%s", FIXTURE_DIR, rule->id);
+    DIR *dir = opendir(folder);
+    if (dir == NULL)
+        fail_msg("rule %s has no fixtures", rule->id);
+    for (struct dirent *entry; (entry = readdir(dir)) != NULL;) {
+        const char *end = strrchr(entry->d_name, '.');
+        if (end == NULL || strcmp(end, ".tgm") != 0)
+            continue;
+        snprintf(path, sizeof path, "%s/%s", folder, entry->d_name);
+        if (strncmp(entry->d_name, "bad", 3) == 0) {
+            judge_bad(path, rule->id);
+            bad++;
+        } else {
+            judge_good(path);
+            good++;
+        }
+    }
+    closedir(dir);
+    assert_true(bad >= 1);
+    assert_int_equal(good, 1);
+}
+
+int main(void)
+{
+    struct CMUnitTest tests[128];
+    size_t count = 0;
+    memset(tests, 0, sizeof tests);
+    for (; rule_at(count) != NULL && count < 128; count++) {
+        tests[count].name = rule_at(count)->id;
+        tests[count].test_func = a_bad_fixture_trips_exactly_its_rule_and_the_good_one_none;
+        tests[count].initial_state = (void *)(uintptr_t)rule_at(count);
+    }
+    return _cmocka_run_group_tests("fixtures", tests, count, NULL, NULL);
+}
