@@ -20,9 +20,14 @@ $(FIXTURE_DIR)/%.tgm: conformance/fixtures/%.c conformance/fixtures/base.h sdk/i
 
 # Each test program: its own source and what of the rooms it needs (all of them: they are small).
 UNIT_TESTS := test_text16 test_catalogue test_fixtures
+IMAGE_TESTS := test_image test_image_real test_image_bad test_image_damage test_image_memory
 BUS_TESTS := test_segment test_slave test_coe test_drive test_bus
 
 $(addprefix $(BUILD)/obj/tests/,$(BUS_TESTS:=.o) bench_bus.o): ALL_CFLAGS += -Itests $(BUS_CFLAGS)
+
+include tests/modules/image.mk
+$(addprefix $(BUILD)/obj/tests/,$(IMAGE_TESTS:=.o) image_support.o): ALL_CFLAGS += -DTEST_MODULES_DIR='"$(BUILD)/modules"'
+$(addprefix $(BUILD)/test/,$(IMAGE_TESTS)): $(BUILD)/obj/tests/image_support.o | $(IMAGE_MODULES)
 
 $(BUILD)/test/%: $(BUILD)/obj/tests/%.o $(ROOM_OBJ)
 	@mkdir -p $(@D)
@@ -33,4 +38,4 @@ $(BUILD)/obj/tests/test_fixtures.o: ALL_CFLAGS += -DFIXTURE_DIR='"$(FIXTURE_DIR)
 
 .PHONY: test-programs fixtures
 fixtures: $(FIXTURES) ## build the rules' fixture modules
-test-programs: $(addprefix $(BUILD)/test/,$(UNIT_TESTS) $(BUS_TESTS)) $(FIXTURES)
+test-programs: $(addprefix $(BUILD)/test/,$(UNIT_TESTS) $(IMAGE_TESTS) $(BUS_TESTS)) $(FIXTURES)

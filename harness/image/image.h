@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
 /*
  * image.h - a module as data: bytes in, one bounds-checked description out.
  *
@@ -7,8 +8,19 @@
  * readable but is no module is not an error of the call: the image says so in `defect` and has no
  * contents, and the rules report it.
  *
+ * Nothing here is guessed from section headers that a loader would not read: segments, exports,
+ * imports, relocations and initialisers come from the program headers and the dynamic table. Only
+ * names of local symbols, undefined symbols that the linker resolved to null, .ctors and debug
+ * information come from sections; they are there when the module was not stripped.
+ *
+ * Limits, beyond which a file is defective: 256 MiB of memory, 2^18 symbols, 2^18 imports, 2^20
+ * relocations, 2^16 initialisers, names of 1024 bytes. Anything that two readers could understand
+ * differently is a defect, too: overlapping segments or relocations, a name exported twice or not
+ * found through the hash table, a dynamic tag stated twice.
+ *
  * Addresses are virtual addresses inside the module, as the file states them (usually from 0).
- * All strings and arrays are owned by the image and live until image_close().
+ * All strings and arrays are owned by the image and live until image_close(). Names are the file's
+ * own bytes up to a zero byte: escape them before they reach a terminal, a page or a report.
  */
 #ifndef HARNESS_IMAGE_H
 #define HARNESS_IMAGE_H
@@ -45,16 +57,18 @@ enum image_symbol_kind {
 /* A defined symbol. */
 struct image_symbol {
     const char *name;
-    uint64_t vaddr;
-    uint64_t size; /* 0 when the file does not say */
+    uint64_t vaddr; /* IMAGE_SYMBOL_TLS: offset in the thread's block; IMAGE_SYMBOL_OTHER: may be
+                       an absolute number */
+    uint64_t size;  /* 0 when the file does not say; else inside the segment that holds vaddr */
     enum image_symbol_kind kind;
     bool exported;   /* visible to whoever loads the module (dynamic symbol, global or weak) */
-    bool executable; /* vaddr lies in a segment with IMAGE_EXEC */
+    bool executable; /* a place in the module, in a segment with IMAGE_EXEC */
 };
 
 enum image_import_kind {
     IMAGE_IMPORT_SYMBOL,  /* undefined symbol: the loader would have to find it */
-    IMAGE_IMPORT_WEAK,    /* weak undefined symbol: null unless somebody happens to provide it */
+    IMAGE_IMPORT_WEAK,    /* weak undefined symbol: null unless somebody happens to provide it;
+                             without a user the linker has made it null for good */
     IMAGE_IMPORT_LIBRARY, /* another file that has to be loaded first (DT_NEEDED, import DLL) */
     IMAGE_IMPORT_FILTER   /* DT_FILTER, DT_AUXILIARY and the like: another file by the back door */
 };
@@ -76,7 +90,8 @@ enum image_reloc_kind {
 
 struct image_reloc {
     uint64_t vaddr; /* the word that is patched; for RELATIVE, 8 bytes inside a segment's memory */
-    int64_t addend;
+    int64_t addend; /* for RELATIVE, what to add to the load address, also when it stands in the
+                       word itself (DT_REL, DT_RELR) */
     enum image_reloc_kind kind;
     uint32_t type;         /* the file format's own number */
     const char *type_name; /* "R_X86_64_RELATIVE"; "?" when unknown */
@@ -85,7 +100,9 @@ struct image_reloc {
 
 /* Code that a dynamic linker would run before anybody calls the module. */
 struct image_initialiser {
-    const char *what; /* "DT_INIT", "DT_INIT_ARRAY", "DT_FINI", "DT_PREINIT_ARRAY", "entry point" */
+    const char *what; /* "DT_PREINIT_ARRAY", "DT_INIT", "DT_INIT_ARRAY", "DT_FINI_ARRAY", "DT_FINI",
+                         ".ctors", ".dtors"; e_entry of an ELF shared object is none, no loader
+                         calls it */
     uint64_t vaddr;   /* the function; 0 when the array cannot be resolved */
     unsigned index;   /* position in its array */
 };
@@ -99,21 +116,25 @@ struct image {
     enum image_format format;
     enum image_target target;
     const char *format_name; /* "ELF64", "ELF32", "PE", "" */
-    const char *target_name; /* "x86-64", "i386", "Arm", the machine's number, "" */
+    const char *target_name; /* "x86-64", "i386", "Arm", "AArch64", ... "unknown machine", "" */
 
     /* Why the file cannot be a module at all, "" when it can: one sentence that names the field,
-     * its value and what is allowed. When set, the arrays below may be empty or incomplete. */
+     * its value and what is allowed; one line, printable ASCII. When set, everything below is
+     * empty. */
     char defect[IMAGE_WHY];
 
-    struct image_segment *segments;
+    struct image_segment *segments; /* ascending, none empty, no two overlap; two that share a page
+                                       have the same permissions */
     size_t segment_count;
-    uint64_t span_begin, span_end; /* page-aligned hull of all segments */
+    uint64_t span_begin, span_end; /* page-aligned hull of all segments, at most 256 MiB */
+    uint64_t align; /* the load address has to be a multiple: power of two, at least 4096 */
 
-    struct image_symbol *symbols; /* defined ones, exported or not, sorted by vaddr, then name */
+    struct image_symbol *symbols; /* defined ones, exported or not, sorted by vaddr, then name; no
+                                     name is exported twice */
     size_t symbol_count;
     struct image_import *imports;
     size_t import_count;
-    struct image_reloc *relocs;
+    struct image_reloc *relocs; /* ascending by vaddr, no two patch the same byte */
     size_t reloc_count;
     struct image_initialiser *initialisers;
     size_t initialiser_count;
@@ -122,8 +143,9 @@ struct image {
     uint64_t tls_size;
     bool exec_stack;        /* the file asks for an executable stack (or does not rule it out) */
     bool exec_stack_stated; /* false: the file has no statement about its stack */
-    uint64_t relro_begin,
-        relro_end; /* read-only after relocation (PT_GNU_RELRO); equal when none */
+    /* Read-only after relocation (PT_GNU_RELRO), as stated: not rounded to pages. Equal when none.
+     */
+    uint64_t relro_begin, relro_end;
     bool has_debug_lines;
 
     void *lines; /* private to lines.c */
@@ -155,7 +177,16 @@ const struct image_symbol *image_export(const struct image *image, const char *n
 const struct image_segment *image_segment_at(const struct image *image, uint64_t vaddr,
                                              uint64_t size);
 
-/* Function and source line of an address of the module; fields are NULL where unknown. */
+/*
+ * Function and source line of an address of the module; fields are NULL where unknown. A function
+ * is the one that holds the address; where the file does not say how long functions are, the
+ * nearest symbol below it.
+ *
+ * The first call for an image with debug information reads it in a short-lived child process that
+ * can do nothing but compute (debug information is hostile input, too). Where no process can be
+ * made (in a sealed machine, without seccomp) there are functions but no lines. Not for two threads
+ * at once, not for cyclic use.
+ */
 void image_where(const struct image *image, uint64_t vaddr, struct image_place *place);
 
 #endif
