@@ -13,6 +13,9 @@ import csv
 import os
 import sys
 
+sys.dont_write_bytecode = True  # no __pycache__ beside the sources
+from layout_pascal import NameClash, pascal_text
+
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 LAYOUT = os.path.join(ROOT, "sdk", "layout")
 
@@ -290,11 +293,21 @@ def doc_text(generation, structs, memories):
     return "\n".join(out + [""])
 
 
+def pascal_unit(generation, structs):
+    g = GENERATIONS[generation]
+    try:
+        return pascal_text(g["name"], g["title"], NOTICE, in_order(structs), structs, constants_of(generation),
+                           generation == "4")
+    except NameClash as clash:
+        fail("%s: %s" % (g["tables"], clash))
+
+
 def outputs():
     for generation, g in GENERATIONS.items():
         structs = load_structs(g["tables"])
         memories = memories_of(generation)
         yield "sdk/include/tgm/layout_%s.h" % g["name"], header_text(generation, structs, constants_of(generation))
+        yield "sdk/pascal/tgm_%s.pas" % g["name"], pascal_unit(generation, structs)
         yield "tests/layouts/asserts_%s.c" % g["name"], asserts_text(generation, structs)
         yield "docs/registers-%s.md" % g["name"].replace("_", "-"), doc_text(generation, structs, memories)
         if g["catalogue"]:

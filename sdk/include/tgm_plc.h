@@ -12,7 +12,8 @@
  *     long Program_01(PLC_DATA *pData) { (void)pData; return 1; }
  *     ... all six, letter case included
  *
- * Generation: TGM_GENERATION = 4 (the default: TG Motion 4.21, ids 4033/904).
+ * Which TG Motion: -DTGM_GENERATION=4 (the default: 4.21, ids 4033/904) or 5; for generation 5,
+ * -DTGM_MEMORY_ID=905 (5.00) or 906 (5.02, the default).
  *
  * Strings are UTF-16: compile with -fshort-wchar (sdk/mk/module.mk does), so that L"..." is what
  * TG Motion expects. Global variables have no initial values and constructors do not run: whatever
@@ -52,8 +53,8 @@
 #define TGM_LAYOUT_OFFSET(type, member, p8, p4, i386)                                              \
     TGM_STATIC_ASSERT(offsetof(type, member) == TGM_LAYOUT_PICK(p8, p4, i386),                     \
                       #type "." #member " is not where TG Motion has it")
-#define TGM_LAYOUT_MEMBER_SIZE(type, member, bytes)                                                \
-    TGM_STATIC_ASSERT(sizeof(((type *)0)->member) == (bytes),                                      \
+#define TGM_LAYOUT_MEMBER_SIZE(type, member, p8, p4, i386)                                         \
+    TGM_STATIC_ASSERT(sizeof(((type *)0)->member) == TGM_LAYOUT_PICK(p8, p4, i386),                \
                       #type "." #member " does not have TG Motion's size")
 #define TGM_LAYOUT_SIZE(type, p8, p4, i386)                                                        \
     TGM_STATIC_ASSERT(sizeof(type) == TGM_LAYOUT_PICK(p8, p4, i386),                               \
@@ -79,8 +80,9 @@ extern "C" {
 
 /*
  * Diagnostic functions (manual: "Definition of diagnostic functions"). TG Motion owns them; they are
- * valid as long as the module is loaded. Text is UTF-16 and ends with 0.
+ * valid as long as the module is loaded. Text ends with 0.
  */
+#if TGM_GENERATION == 4
 
 /* Writes text to the console of TG Motion. The result's meaning is not documented. */
 typedef int32_t TGM_CALL RTWPRINTF_STRING(const tgm_wchar *text);
@@ -97,10 +99,48 @@ typedef int32_t TGM_CALL CAN_TRANSMITREMOTE(uint32_t Number, uint32_t Id, uint32
 /* Writes formatted text with a severity (0 information, 1 warning, 2 error) to the console. */
 typedef int32_t TGM_CALL RTWPRINTF_EX(int32_t severity, const tgm_wchar *format, ...);
 
-#if TGM_GENERATION == 4
 #include "tgm/layout_gen4.h"
+
+#elif TGM_GENERATION == 5
+
+#ifndef TGM_MEMORY_ID
+#define TGM_MEMORY_ID 906
+#endif
+
+/* Text of the module API: UTF-16 on a PC; on TGMmini, TGMcontroller and TGZ+Motion, where TGM_TEXT8 is
+ * defined (module.mk does), bytes in UTF-8. */
+#ifdef TGM_TEXT8
+typedef char tgm_char;
 #else
-#error "TGM_GENERATION must be 4: other generations are not part of this SDK yet"
+typedef tgm_wchar tgm_char;
+#endif
+
+/* Writes finished text to the console. id_and_severity: source (ODS_ID_...) | severity (ODS_SEVERITY_...) <<
+ * ODS_SEVERITY_SHIFT. Returns 0. */
+typedef int32_t TGM_CALL RTWPRINTF_STRING_SEVERITY(uint32_t id_and_severity, const tgm_char *text);
+/* Waits; interval->QuadPart is a number of 100 ns. Forbidden in Program_04. */
+typedef struct _PLC_LARGE_INTEGER PLC_LARGE_INTEGER;
+typedef void TGM_CALL SLEEPFT(PLC_LARGE_INTEGER *interval);
+/* Sends a CAN telegram with identifier id and dlc (0..8) data bytes. The meanings of number and of the
+ * result are not documented. */
+typedef int32_t TGM_CALL CAN_TRANSMIT(uint32_t number, uint32_t id, uint32_t dlc, uint8_t *data);
+typedef int32_t TGM_CALL CAN_TRANSMITREMOTE(uint32_t number, uint32_t id, uint32_t dlc, uint8_t *data);
+/* 5.02: address of a function or information by name, 0 when there is none; opmode is 0. The one name that
+ * is documented is "pcGetDeviceInfo_v", a GET_DEVICE_INFO. */
+typedef intptr_t TGM_CALL GET_FUNCTION_OR_INFO(const char *name, uint32_t opmode);
+/* Name of the controller: "PC-realtime", "PC-demo", "TGMmini", "TGMcontroller", "TGZ+Motion" ... */
+typedef const char *TGM_CALL GET_DEVICE_INFO(void);
+
+#if TGM_MEMORY_ID == 905
+#include "tgm/layout_gen5_905.h"
+#elif TGM_MEMORY_ID == 906
+#include "tgm/layout_gen5_906.h"
+#else
+#error "TGM_MEMORY_ID must be 905 (TG Motion 5.00) or 906 (5.02)"
+#endif
+
+#else
+#error "TGM_GENERATION must be 4 or 5"
 #endif
 
 typedef PLC_DATA *PPLC_DATA;

@@ -3,7 +3,7 @@
 # What a module's own Makefile includes:
 #
 #     MODULE  := gantry
-#     SOURCES := gantry.c
+#     SOURCES := gantry.c            # C (.c) and C++ (.cpp) files below the Makefile's own folder
 #     include path/to/sdk/mk/module.mk
 #
 #   make         build/gantry.tgm, linked and verified
@@ -12,38 +12,57 @@
 #   make clean
 #   V=1 with any of them shows the commands
 #
-# May be set before the include: BUILD (default build), CC (gcc, clang), MODULE_CFLAGS (added last),
-# TGM (the harness program, default: the one of this SDK's tree, else tgm on the PATH).
-# MODULE must not contain spaces; sources are C files below the Makefile's own folder.
+# May be set before the include, or on the command line:
+#   TARGET          elf64 (default), pe64, pe32, tgmmini, tgmcontroller, tgzmotion: docs/targets.md
+#   TGM_GENERATION  4 or 5 (default: 4 on elf64, pe64, pe32; 5 on the others); TGM_MEMORY_ID 905 or 906
+#   CC, CXX         on elf64: gcc (default) or clang, g++ or clang++
+#   MODULE_CFLAGS, MODULE_LDFLAGS   added last
+#   BUILD           default build, build/TARGET for other targets than elf64
+#   TGM             the harness program; default: the one of this SDK's tree, else tgm on the PATH
+# MODULE and the sources' names must not contain spaces.
 
 TGM_SDK := $(patsubst %/,%,$(dir $(patsubst %/,%,$(dir $(abspath $(lastword $(MAKEFILE_LIST)))))))
-BUILD   ?= build
-TGM     ?= $(firstword $(wildcard $(TGM_SDK)/../build/tgm $(TGM_SDK)/../../bin/tgm) tgm)
+TARGET  ?= elf64
+BUILD   ?= $(if $(filter elf64,$(TARGET)),build,build/$(TARGET))
+TGM     ?= $(firstword $(wildcard $(TGM_SDK)/../build/tgm $(TGM_SDK)/../../../bin/tgm) tgm)
 
 ifeq ($(strip $(MODULE)),)
 $(error set MODULE to the name of the module, as in MODULE := gantry)
 endif
 ifeq ($(strip $(SOURCES)),)
-$(error set SOURCES to the C files of the module, as in SOURCES := $(MODULE).c)
+$(error set SOURCES to the C or C++ files of the module, as in SOURCES := $(MODULE).c)
+endif
+tgm_targets := $(patsubst $(TGM_SDK)/mk/target-%.mk,%,$(wildcard $(TGM_SDK)/mk/target-*.mk))
+ifeq ($(filter $(TARGET),$(tgm_targets)),)
+$(error TARGET is '$(TARGET)'; allowed: $(tgm_targets))
 endif
 
-TGM_CFLAGS := -std=c11 -O2 -g -ffreestanding -fPIC -fvisibility=hidden -fshort-wchar -fno-stack-protector \
-    -fno-asynchronous-unwind-tables -ffunction-sections -fdata-sections -fno-math-errno \
-    -Wall -Wextra -I$(TGM_SDK)/include
-TGM_LDFLAGS := -nostdlib -shared -Wl,-T,$(TGM_SDK)/link/elf64.ld -Wl,--version-script=$(TGM_SDK)/link/elf64.map \
-    -Wl,-z,defs -Wl,-z,noexecstack -Wl,-Bsymbolic -Wl,-e,0 -Wl,--hash-style=gnu -Wl,-z,norelro \
-    -Wl,-z,max-page-size=4096 -Wl,--build-id=none -Wl,--fatal-warnings -Wl,--orphan-handling=error \
-    -Wl,--gc-sections
-ifeq ($(findstring lld,$(MODULE_LDFLAGS)),)
-TGM_LDFLAGS += -Wl,-z,nodynamic-undefined-weak
-endif
-TGM_SDK_SOURCES := mem.c
-TGM_SDK_CFLAGS  := $(TGM_CFLAGS) -fno-builtin $(if $(findstring clang,$(CC)),,-fno-tree-loop-distribute-patterns)
+include $(TGM_SDK)/mk/target-$(TARGET).mk
 
-tgm_objects     := $(addprefix $(BUILD)/obj/,$(SOURCES:.c=.o))
-tgm_sdk_objects := $(addprefix $(BUILD)/obj/sdk/,$(TGM_SDK_SOURCES:.c=.o))
-tgm_file        := $(BUILD)/$(MODULE).tgm
+TGM_GENERATION ?= 4
+ifneq ($(tgm_prefix),)
+tgm_cc  := $(tgm_prefix)gcc
+tgm_cxx := $(tgm_prefix)g++
+else
+tgm_cc  := $(if $(filter default,$(origin CC)),gcc,$(CC))
+tgm_cxx := $(if $(filter default,$(origin CXX)),$(if $(findstring clang,$(tgm_cc)),clang++,g++),$(CXX))
+endif
+
+TGM_FLAGS := -O2 -g -ffreestanding -fno-stack-protector -ffunction-sections -fdata-sections -fno-math-errno \
+    -Wall -Wextra -I$(TGM_SDK)/include -DTGM_GENERATION=$(TGM_GENERATION) \
+    $(if $(TGM_MEMORY_ID),-DTGM_MEMORY_ID=$(TGM_MEMORY_ID)) $(tgm_cflags)
+TGM_CFLAGS   := -std=c11 $(TGM_FLAGS)
+TGM_CXXFLAGS := -std=c++17 -fno-exceptions -fno-rtti -fno-threadsafe-statics -fno-use-cxa-atexit $(TGM_FLAGS) \
+    $(if $(filter elf64 tgmmini,$(TARGET)),-fvisibility-inlines-hidden)
+TGM_SDK_SOURCES := mem.c $(tgm_sources) $(if $(filter %.cpp,$(SOURCES)),cxx.cpp)
+TGM_SDK_CFLAGS  := -fno-builtin $(if $(findstring clang,$(tgm_cc)),,-fno-tree-loop-distribute-patterns)
+
+tgm_objects     := $(addprefix $(BUILD)/obj/,$(addsuffix .o,$(basename $(SOURCES))))
+tgm_sdk_objects := $(addprefix $(BUILD)/obj/sdk/,$(addsuffix .o,$(basename $(TGM_SDK_SOURCES))))
+tgm_file        := $(BUILD)/$(MODULE).tgm$(if $(tgm_flat),.bin)
 tgm_linked      := $(BUILD)/unverified/$(MODULE).tgm
+tgm_verify      := TARGET=$(TARGET) NM=$(tgm_prefix)nm READELF=$(tgm_prefix)readelf OBJDUMP=$(tgm_prefix)objdump \
+    ADDR2LINE=$(tgm_prefix)addr2line $(TGM_SDK)/mk/verify.sh $(tgm_linked) $(tgm_objects) $(tgm_sdk_objects)
 
 ifeq ($(V),1)
 tgm_say = @:
@@ -55,29 +74,43 @@ endif
 .PHONY: all check run clean
 all: $(tgm_file)
 
-$(BUILD)/obj/%.o: %.c
-	@mkdir -p $(@D)
-	$(tgm_say) CC $<
-	$(tgm_q)$(CC) $(TGM_CFLAGS) $(MODULE_CFLAGS) -MMD -MP -c -o $@ $<
-
 $(BUILD)/obj/sdk/%.o: $(TGM_SDK)/src/%.c
 	@mkdir -p $(@D)
 	$(tgm_say) CC $(<F)
-	$(tgm_q)$(CC) $(TGM_SDK_CFLAGS) -MMD -MP -c -o $@ $<
+	$(tgm_q)$(tgm_cc) $(TGM_CFLAGS) $(TGM_SDK_CFLAGS) -MMD -MP -c -o $@ $<
+
+$(BUILD)/obj/sdk/%.o: $(TGM_SDK)/src/%.cpp
+	@mkdir -p $(@D)
+	$(tgm_say) CXX $(<F)
+	$(tgm_q)$(tgm_cxx) $(TGM_CXXFLAGS) $(TGM_SDK_CFLAGS) -MMD -MP -c -o $@ $<
+
+$(BUILD)/obj/%.o: %.c
+	@mkdir -p $(@D)
+	$(tgm_say) CC $<
+	$(tgm_q)$(tgm_cc) $(TGM_CFLAGS) $(MODULE_CFLAGS) -MMD -MP -c -o $@ $<
+
+$(BUILD)/obj/%.o: %.cpp
+	@mkdir -p $(@D)
+	$(tgm_say) CXX $<
+	$(tgm_q)$(tgm_cxx) $(TGM_CXXFLAGS) $(MODULE_CFLAGS) -MMD -MP -c -o $@ $<
 
 # When the link fails, verify.sh says which symbol and which source line, where the linker may not.
-$(tgm_linked): $(tgm_objects) $(tgm_sdk_objects) $(TGM_SDK)/link/elf64.ld $(TGM_SDK)/link/elf64.map
+$(tgm_linked): $(tgm_objects) $(tgm_sdk_objects) $(tgm_script)
 	@mkdir -p $(@D)
 	@rm -f $@
 	$(tgm_say) LINK $@
-	$(tgm_q)$(CC) $(TGM_LDFLAGS) $(MODULE_LDFLAGS) -o $@ $(tgm_objects) $(tgm_sdk_objects) -lgcc || \
-	    { $(TGM_SDK)/mk/verify.sh $@ $(tgm_objects) $(tgm_sdk_objects); rm -f $@; exit 1; }
+	$(tgm_q)$(tgm_cc) -o $@ $(tgm_objects) $(tgm_sdk_objects) $(tgm_ldflags) $(MODULE_LDFLAGS) -lgcc || \
+	    { rm -f $@; $(tgm_verify); exit 1; }
 
 $(tgm_file): $(tgm_linked) $(TGM_SDK)/mk/verify.sh
 	@rm -f $@
 	$(tgm_say) VERIFY $@
-	$(tgm_q)$(TGM_SDK)/mk/verify.sh $(tgm_linked) $(tgm_objects) $(tgm_sdk_objects)
+	$(tgm_q)$(tgm_verify)
+ifneq ($(tgm_flat),)
+	$(tgm_q)$(tgm_prefix)objcopy -O binary $(tgm_linked) $@
+else
 	@cp $(tgm_linked) $@
+endif
 
 # The verdict covers what verify.sh refuses, too, and says it with clause and line: so it is asked
 # about the module as linked.

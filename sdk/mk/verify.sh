@@ -5,14 +5,22 @@
 #
 # Reads the objects that a module was (or is to be) linked from, and the module itself when it exists.
 # Every finding is one line "file:line: error: symbol: what is wrong; what to do". Exit 1 when there
-# is any. Needs binutils (NM, READELF, ADDR2LINE).
+# is any. TARGET as in module.mk; needs binutils of the target (NM, READELF, OBJDUMP, ADDR2LINE).
 set -u
 LC_ALL=C
 export LC_ALL
 NM=${NM:-nm}
 READELF=${READELF:-readelf}
+OBJDUMP=${OBJDUMP:-objdump}
 ADDR2LINE=${ADDR2LINE:-addr2line}
+TARGET=${TARGET:-elf64}
 ENTRIES='Program_Ini Program_01 Program_02 Program_03 Program_04 Program_05'
+
+case $TARGET in
+pe*) format=pe ;;
+tgmcontroller | tgzmotion) format=flat ;;
+*) format=elf ;;
+esac
 
 module=$1
 shift
@@ -24,20 +32,32 @@ finding() { # place symbol text
     printf '%s: error: %s: %s\n' "${1:-$module}" "$2" "$3" | sed "s|^$PWD/||" >>"$work/findings"
 }
 
+# The C name of a linker symbol: 32-bit Windows puts an underscore before it.
+plain() {
+    if [ "$TARGET" = pe32 ]; then sed 's/\(^\|[ \t]\)_\([^ \t]*\)$/\1\2/'; else cat; fi
+}
+
+# type bind visibility section name, of every named symbol of an object. COFF has no visibility: what is
+# exported is the business of the .def file, so nothing counts as visible there.
+symbols() {
+    if [ $format = pe ]; then
+        "$OBJDUMP" -t "$1" | sed -n 's/^\[ *[0-9]*\](sec *\(-*[0-9]*\))(fl 0x[0-9a-f]*)(ty *\([0-9a-f]*\))(scl *\([0-9]*\)) (nx [0-9]*) 0x[0-9a-f]* \(.*\)$/\1 \2 \3 \4/p' |
+            awk '$1 == -2 || $4 ~ /^\./ {next}
+                 {print ($2 == "20" ? "FUNC" : "OBJECT"), ($3 == 105 ? "WEAK" : $3 == 2 ? "GLOBAL" : "LOCAL"), "HIDDEN", ($1 == 0 ? "UND" : $1), $4}' | plain
+    else
+        "$READELF" -sW "$1" | awk '$1 ~ /^[0-9]+:$/ && $8 != "" {print $4, $5, $6, $7, $8}'
+    fi
+}
+
 # "name<TAB>file:line" of every symbol of an object; for an undefined one, the first line that uses it.
 places() {
-    "$NM" -l "$1" 2>/dev/null | awk -F'\t' '{n = split($1, w, " "); print w[n] "\t" $2}'
+    "$NM" -l "$1" 2>/dev/null | awk -F'\t' '{n = split($1, w, " "); print $2 "\t" w[n]}' | plain | awk -F'\t' '{print $2 "\t" $1}'
 }
 
 place_of() { # object symbol; without line information, the source file that the object was made from
     found=$(places "$1" | awk -F'\t' -v s="$2" '$1 == s && $2 != "" {print $2; exit}')
-    [ -n "$found" ] || found=$("$READELF" -sW "$1" | awk '$4 == "FILE" {print $8; exit}')
+    [ -n "$found" ] || [ $format = pe ] || found=$("$READELF" -sW "$1" | awk '$4 == "FILE" {print $8; exit}')
     printf '%s' "${found:-$1}"
-}
-
-# type bind visibility section name, of every named symbol of an object
-symbols() {
-    "$READELF" -sW "$1" | awk '$1 ~ /^[0-9]+:$/ && $8 != "" {print $4, $5, $6, $7, $8}'
 }
 
 check_names() { # object
@@ -48,15 +68,17 @@ check_names() { # object
         {
             bare = tolower($5); sub(/^_+/, "", bare); sub(/@.*/, "", bare)
             if (bare in lower) print "case", $5, lower[bare]
-            else if ($3 == "DEFAULT" && $2 != "LOCAL" && $1 == "FUNC") print "extra", $5, "-"
-            else if ($3 == "DEFAULT" && $2 != "LOCAL" && $1 == "OBJECT") print "extra", $5, "-"
+            else if ($5 ~ /^_Z[0-9]+[Pp][Rr][Oo][Gg][Rr][Aa][Mm]_/) print "mangled", $5, "-"
+            else if ($3 == "DEFAULT" && $2 != "LOCAL" && $5 != "GetProcAddress" && ($1 == "FUNC" || $1 == "OBJECT")) print "extra", $5, "-"
         }' >"$work/names"
     while read -r what name right; do
         case $what in
         case) finding "$(place_of "$1" "$name")" "$name" \
             "not a name TG Motion looks up, letter case and decoration count; it must be $right" ;;
+        mangled) finding "$(place_of "$1" "$name")" "$name" \
+            "a C++ name; declare the function extern \"C\" (tgm_plc.h does for the six names)" ;;
         data) finding "$(place_of "$1" "$name")" "$name" "is data; TG Motion calls it as a function" ;;
-        extra) finding "$(place_of "$1" "$name")" "$name" \
+        extra) [ $format = flat ] || finding "$(place_of "$1" "$name")" "$name" \
             "is visible outside, a module exports exactly $ENTRIES; make it static or compile with -fvisibility=hidden" ;;
         esac
     done <"$work/names"
@@ -74,13 +96,20 @@ check_weak() { # object; a weak undefined symbol links silently and is null at r
 check_undefined() { # object; only before the link: afterwards the linker has said it
     symbols "$1" | awk '$4 == "UND" && $2 == "GLOBAL" {print $5}' | sort -u >"$work/undefined"
     while read -r name; do
-        grep -qxF "$name" "$work/defined" || [ "$name" = _GLOBAL_OFFSET_TABLE_ ] ||
+        case $name in
+        _GLOBAL_OFFSET_TABLE_ | tgm_bss_begin | tgm_bss_end | __aeabi_* | __*di3 | __*ti3 | __udivmod* | __divmod*) continue ;;
+        esac
+        grep -qxF "$name" "$work/defined" ||
             finding "$(place_of "$1" "$name")" "$name" "defined nowhere: a module is linked to nothing, write it yourself"
     done <"$work/undefined"
 }
 
 check_kinds() { # object
-    symbols "$1" | awk '$1 == "TLS" && $4 != "UND" {print "tls", $5} $1 == "IFUNC" {print "ifunc", $5}' >"$work/kinds"
+    if [ $format = pe ]; then
+        "$OBJDUMP" -h "$1" | awk '$2 ~ /^\.tls/ {print "tls", $2}' | sort -u >"$work/kinds"
+    else
+        symbols "$1" | awk '$1 == "TLS" && $4 != "UND" {print "tls", $5} $1 == "IFUNC" {print "ifunc", $5}' >"$work/kinds"
+    fi
     while read -r what name; do
         case $what in
         tls) finding "$(place_of "$1" "$name")" "$name" "thread-local; TG Motion has no threads to offer, use a static variable" ;;
@@ -89,31 +118,60 @@ check_kinds() { # object
     done <"$work/kinds"
 }
 
+# "symbol addend" of every word in an initialiser array.
+initialisers() {
+    if [ $format = pe ]; then
+        "$OBJDUMP" -r "$1" | awk '/^RELOCATION RECORDS FOR/ {on = ($4 ~ /\.(ctors|dtors|init_array|CRT)/)}
+            on && $1 ~ /^[0-9a-f]+$/ {n = split($3, p, "[+]0x"); print p[1], (n > 1 ? p[2] : "0")}'
+    else
+        "$READELF" -rW "$1" | awk '/^Relocation section/ {on = ($3 ~ /\.(preinit_array|init_array|fini_array|ctors|dtors)/)}
+            on && $1 ~ /^[0-9a-f]+$/ {print $5, ($7 == "" ? "0" : $7)}'
+    fi
+}
+
+# A C++ variable that is initialised by code is named by what its initialiser function touches.
+explain_constructor() { # object function
+    case $2 in
+    _GLOBAL__sub_I_* | __cxx_global_var_init* | *static_initialization_and_destruction*)
+        variable=${2#_GLOBAL__sub_I_}
+        "$NM" -C "$1" | awk '$2 ~ /^[bBdD]$/ {$1 = $2 = ""; print substr($0, 3)}' | grep -vE '^(guard variable|\.)' | tr '\n' ' ' >"$work/variables"
+        printf 'a global is initialised by code (%s): TG Motion never runs it, make it constexpr or set it in Program_Ini; variables here: %s' \
+            "$variable" "$(cat "$work/variables")"
+        ;;
+    *) printf 'constructor or destructor; TG Motion never runs it, call it from Program_Ini' ;;
+    esac
+}
+
 check_constructors() { # object; section + offset of each function in an initialiser array -> name and line
-    "$READELF" -rW "$1" | awk '
-        /^Relocation section/ { on = ($3 ~ /\.(preinit_array|init_array|fini_array|ctors|dtors)/) }
-        on && $1 ~ /^[0-9a-f]+$/ { print $5, ($7 == "" ? "0" : $7) }' >"$work/ctors"
+    initialisers "$1" >"$work/ctors"
     while read -r name addend; do
         case $name in
         .*)
             where=$("$ADDR2LINE" -f -e "$1" -j "$name" "0x$addend" 2>/dev/null)
             name=$(printf '%s\n' "$where" | sed -n 1p)
-            finding "$(printf '%s\n' "$where" | sed -n 's/ (discriminator.*//; 2p')" "$name" \
-                "constructor or destructor; TG Motion never runs it, call it from Program_Ini"
+            place=$(printf '%s\n' "$where" | sed -n 's/ (discriminator.*//; 2p')
             ;;
-        *) finding "$(place_of "$1" "$name")" "$name" \
-            "constructor or destructor; TG Motion never runs it, call it from Program_Ini" ;;
+        *)
+            name=$(printf '%s' "$name" | plain)
+            place=$(place_of "$1" "$name")
+            ;;
         esac
+        finding "$place" "$name" "$(explain_constructor "$1" "$name")"
     done <"$work/ctors"
 }
 
-check_module() {
-    symbols_dyn=$("$READELF" --dyn-syms -W "$module" | awk '$1 ~ /^[0-9]+:$/ && $8 != "" {print $4, $5, $7, $8}')
+missing() { # file with the names that are there
     for name in $ENTRIES; do
-        printf '%s\n' "$symbols_dyn" | grep -qE "^FUNC GLOBAL [0-9]+ $name\$" ||
-            finding "$module" "$name" "missing: TG Motion needs all six functions, even those that do nothing"
+        grep -qxF "$name" "$1" && continue
+        finding "$module" "$name" "missing: TG Motion needs all six functions, even those that do nothing"
     done
-    printf '%s\n' "$symbols_dyn" | awk '$3 == "UND" {print $4}' >"$work/imports"
+}
+
+check_module_elf() {
+    "$READELF" --dyn-syms -W "$module" | awk '$1 ~ /^[0-9]+:$/ && $8 != "" {print $4, $5, $7, $8}' >"$work/dynamic_symbols"
+    awk '$1 == "FUNC" && $2 == "GLOBAL" && $3 != "UND" {print $4}' "$work/dynamic_symbols" >"$work/exports"
+    missing "$work/exports"
+    awk '$3 == "UND" {print $4}' "$work/dynamic_symbols" >"$work/imports"
     while read -r name; do
         finding "$module" "$name" "imported: a module is linked to nothing"
     done <"$work/imports"
@@ -121,7 +179,7 @@ check_module() {
     while read -r tag name; do
         finding "$module" "$tag $name" "must not be in a module: TG Motion loads no library and runs no initialiser"
     done <"$work/dynamic"
-    "$READELF" -rW "$module" | awk '$3 ~ /^R_/ && $3 != "R_X86_64_RELATIVE" && $3 != "R_386_RELATIVE" && $3 != "R_ARM_RELATIVE" {print $3, $5}' >"$work/relocs"
+    "$READELF" -rW "$module" | awk '$3 ~ /^R_/ && $3 != "R_X86_64_RELATIVE" && $3 != "R_ARM_RELATIVE" {print $3, $5}' >"$work/relocs"
     while read -r type name; do
         finding "$module" "${name:-?}" "relocation $type: a TG Motion loader knows relative relocations only"
     done <"$work/relocs"
@@ -129,6 +187,35 @@ check_module() {
     while read -r what; do
         finding "$module" "$what" "segment that is writable and executable, or thread-local"
     done <"$work/segments"
+}
+
+check_module_pe() {
+    "$OBJDUMP" -p "$module" >"$work/headers" 2>/dev/null
+    awk '/\[Ordinal\/Name Pointer\] Table/ {on = 1; next} on && /^\t\[/ {print $NF; next} on && NF == 0 {on = 0}' "$work/headers" >"$work/exports"
+    missing "$work/exports"
+    while read -r name; do
+        case " $ENTRIES " in
+        *" $name "*) ;;
+        *) finding "$module" "$name" "exported: a module exports exactly $ENTRIES" ;;
+        esac
+    done <"$work/exports"
+    sed -n 's/^[ \t]*DLL Name: *//p' "$work/headers" >"$work/imports"
+    while read -r name; do
+        finding "$module" "$name" "a library is needed: a module is linked to nothing"
+    done <"$work/imports"
+    if awk '/^Entry 9 / && $3 !~ /^0+$/ {found = 1} END {exit !found}' "$work/headers"; then
+        finding "$module" "TLS directory" "thread-local storage or callbacks: TG Motion has none"
+    fi
+}
+
+check_module_flat() {
+    "$READELF" -sW "$module" | awk '$4 == "FUNC" && $5 == "GLOBAL" && $7 != "UND" {print $8}' >"$work/exports"
+    missing "$work/exports"
+    grep -qxF GetProcAddress "$work/exports" || finding "$module" GetProcAddress "missing: the controller calls it first"
+    "$READELF" -sW "$module" | awk '$7 == "UND" && $8 != "" {print $8}' >"$work/imports"
+    while read -r name; do
+        finding "$module" "$name" "defined nowhere: a module is linked to nothing"
+    done <"$work/imports"
 }
 
 for object in "$@"; do
@@ -141,7 +228,7 @@ for object in "$@"; do
     check_kinds "$object"
     check_constructors "$object"
 done
-[ -e "$module" ] && check_module
+[ -e "$module" ] && check_module_$format
 
 sort -u "$work/findings" >&2
 [ ! -s "$work/findings" ]

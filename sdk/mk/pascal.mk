@@ -1,0 +1,121 @@
+# SPDX-License-Identifier: MIT
+#
+# What the Makefile of a module in Pascal includes:
+#
+#     MODULE  := gantry
+#     SOURCES := gantry.pas          # units (.pas) below the Makefile's own folder
+#     include path/to/sdk/mk/pascal.mk
+#
+#   make         build/gantry.tgm, linked and verified
+#   make check   the verdict of the conformance suite
+#   make run     run it on the simulated machine (RUN_FLAGS='--for 2s')
+#   make clean
+#   V=1 with any of them shows the commands
+#
+# May be set before the include, or on the command line:
+#   TARGET          elf64 (default) or pe64: docs/targets.md. TG Motion takes Pascal on a PC only
+#   FPC             the compiler driver, default fpc (Debian: fp-compiler); Free Pascal 3.2
+#   MODULE_FPCFLAGS, MODULE_LDFLAGS   added last
+#   MATH            yes: links the functions of tgm_math.pas
+#   BUILD           default build, build/TARGET for other targets than elf64
+#   TGM             the harness program; default: the one of this SDK's tree, else tgm on the PATH
+# The generation is chosen in the source: uses tgm_gen4, tgm_gen5_905 or tgm_gen5_906.
+# MODULE and the sources' names must not contain spaces.
+#
+# The sources are units, so Free Pascal adds no start-up code. Its objects, with the units of sdk/pascal that
+# they use, become one object, in which only names an author chose (public name) stay visible; from there on a
+# module in Pascal is linked and verified as one in C.
+
+TGM_SDK := $(patsubst %/,%,$(dir $(patsubst %/,%,$(dir $(abspath $(lastword $(MAKEFILE_LIST)))))))
+TARGET  ?= elf64
+BUILD   ?= $(if $(filter elf64,$(TARGET)),build,build/$(TARGET))
+TGM     ?= $(firstword $(wildcard $(TGM_SDK)/../build/tgm $(TGM_SDK)/../../../bin/tgm) tgm)
+FPC     ?= fpc
+
+ifeq ($(strip $(MODULE)),)
+$(error set MODULE to the name of the module, as in MODULE := gantry)
+endif
+ifeq ($(strip $(SOURCES)),)
+$(error set SOURCES to the Pascal units of the module, as in SOURCES := $(MODULE).pas)
+endif
+
+# Android is Free Pascal's name for the ABI of x86-64 ELF with constants in read-only sections; nothing of
+# Android is used, and its symbols are undefined again. The assembler: the compiler's own writes sections
+# that the linkers refuse (PE) or that are writable (ELF).
+tgm_fpc_elf64 := -Px86_64 -Tandroid -Cg -Aas -XP -uANDROID -uLINUX -uUNIX
+tgm_fpc_pe64  := -Px86_64 -Twin64 -Aas -XPx86_64-w64-mingw32-
+ifeq ($(tgm_fpc_$(TARGET)),)
+$(error TARGET is '$(TARGET)'; allowed for Pascal: elf64 pe64)
+endif
+
+include $(TGM_SDK)/mk/target-$(TARGET).mk
+
+tgm_cc       := $(if $(tgm_prefix),$(tgm_prefix)gcc,$(if $(filter default,$(origin CC)),gcc,$(CC)))
+tgm_fpcflags := -n $(tgm_fpc_$(TARGET)) -dTGM -O2 -gw2 -CX -Si -Sj- -vr -vb -vwnh- -FcUTF-8
+tgm_out      := $(BUILD)/obj/pascal
+tgm_fpc      := $(TGM_SDK)/mk/fpc.sh $(FPC) $(tgm_fpcflags)
+tgm_units    := $(wildcard $(TGM_SDK)/pascal/*.pas)
+tgm_object   := $(BUILD)/obj/$(MODULE).o
+tgm_file     := $(BUILD)/$(MODULE).tgm
+tgm_linked   := $(BUILD)/unverified/$(MODULE).tgm
+tgm_tools    := TARGET=$(TARGET) NM=$(tgm_prefix)nm READELF=$(tgm_prefix)readelf OBJDUMP=$(tgm_prefix)objdump \
+    ADDR2LINE=$(tgm_prefix)addr2line
+tgm_verify   := { $(tgm_tools) $(TGM_SDK)/mk/verify_pascal.sh \
+    $(foreach source,$(SOURCES),$(source) $(tgm_out)/$(basename $(notdir $(source))).o); s=$$?; \
+    $(tgm_tools) $(TGM_SDK)/mk/verify.sh $(tgm_linked) $(tgm_object) && [ $$s = 0 ]; }
+ifeq ($(MATH),yes)
+tgm_math     := $(BUILD)/obj/math/libtgm_math.a
+endif
+
+ifeq ($(V),1)
+tgm_say = @:
+else
+tgm_q   := @
+tgm_say = @printf '  %-6s %s\n'
+endif
+
+.PHONY: all check run clean
+all: $(tgm_file)
+
+# All at once and from nothing: Free Pascal takes a fraction of a second, and no unit is ever stale.
+$(tgm_object): $(SOURCES) $(tgm_units) $(TGM_SDK)/mk/fpc.sh $(MAKEFILE_LIST)
+	@rm -rf $(tgm_out) $@
+	@mkdir -p $(tgm_out)
+	$(tgm_q)$(tgm_fpc) -g- -Us -FU$(tgm_out) $(TGM_SDK)/pascal/system.pas
+	$(tgm_say) FPC "$(SOURCES)"
+	$(tgm_q)for source in $(SOURCES); do \
+	    $(tgm_fpc) -Mobjfpc -FU$(tgm_out) -Fu$(TGM_SDK)/pascal $(patsubst %,-Fu%,$(sort $(dir $(SOURCES)))) \
+	        $(MODULE_FPCFLAGS) $$source || exit 1; \
+	done
+	$(tgm_q)$(tgm_prefix)ld -r -o $@ $(tgm_out)/*.o
+	$(tgm_q)$(tgm_prefix)objcopy --wildcard --localize-symbol='*$$*' --localize-symbol='fpc_*' \
+	    --localize-symbol='FPC_*' $@
+
+$(BUILD)/obj/math/libtgm_math.a: $(TGM_SDK)/mk/math.sh
+	$(tgm_say) MATH $@
+	$(tgm_q)$< $(@D) $(tgm_cc) $(tgm_cflags)
+
+# When the link fails, the checks say which symbol and which source line, where the linker may not.
+$(tgm_linked): $(tgm_object) $(tgm_math) $(tgm_script)
+	@mkdir -p $(@D)
+	@rm -f $@
+	$(tgm_say) LINK $@
+	$(tgm_q)$(tgm_cc) -o $@ $(tgm_object) $(tgm_math) $(tgm_ldflags) $(MODULE_LDFLAGS) -lgcc || \
+	    { rm -f $@; $(tgm_verify); exit 1; }
+
+$(tgm_file): $(tgm_linked) $(TGM_SDK)/mk/verify.sh $(TGM_SDK)/mk/verify_pascal.sh
+	@rm -f $@
+	$(tgm_say) VERIFY $@
+	$(tgm_q)$(tgm_verify)
+	@cp $(tgm_linked) $@
+
+# The verdict covers most of what the checks refuse, too, and says it with clause and line: so it is asked
+# about the module as linked.
+check: $(tgm_linked)
+	$(TGM) check $(CHECK_FLAGS) $(tgm_linked)
+
+run: $(tgm_file)
+	$(TGM) run $(RUN_FLAGS) $(tgm_file)
+
+clean:
+	rm -rf $(BUILD)

@@ -1,0 +1,22 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * What C++ code refers to although it allocates nothing and throws nothing: a class with a virtual destructor
+ * mentions operator delete, a pure virtual function its trap. Reaching one of them is a defect of the module;
+ * the trap instruction makes it a fault that TG Motion and the harness see.
+ */
+#include <stddef.h>
+
+void operator delete(void *) noexcept
+{
+    __builtin_trap();
+}
+
+void operator delete(void *, size_t) noexcept
+{
+    __builtin_trap();
+}
+
+extern "C" __attribute__((visibility("hidden"))) void __cxa_pure_virtual(void)
+{
+    __builtin_trap();
+}
