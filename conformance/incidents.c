@@ -11,6 +11,11 @@
 static void describe_address(const struct machine_fault *fault, char *text, size_t size)
 {
     const int64_t offset = fault->region_offset;
+    const char *name = fault->region;
+    if (strcmp(name, "module") == 0)
+        name = "the module's own memory";
+    else if (strcmp(name, "stack") == 0)
+        name = "the stack";
     if (fault->signal == SIGSEGV && fault->access == MACHINE_ACCESS_NONE)
         snprintf(text, size, "through a pointer that is no address at all");
     else if (fault->address < 65536)
@@ -18,12 +23,12 @@ static void describe_address(const struct machine_fault *fault, char *text, size
     else if (fault->region[0] == '\0')
         snprintf(text, size, "at 0x%" PRIx64 ", far from every shared memory", fault->address);
     else if (offset < 0)
-        snprintf(text, size, "%" PRIi64 " bytes before the start of %s", -offset, fault->region);
+        snprintf(text, size, "%" PRIi64 " bytes before the start of %s", -offset, name);
     else if ((uint64_t)offset >= fault->region_size)
         snprintf(text, size, "%" PRIu64 " bytes past the end of %s (%" PRIu64 " bytes)",
-                 (uint64_t)offset - fault->region_size, fault->region, fault->region_size);
+                 (uint64_t)offset - fault->region_size, name, fault->region_size);
     else
-        snprintf(text, size, "at byte %" PRIi64 " of %s", offset, fault->region);
+        snprintf(text, size, "at byte %" PRIi64 " of %s", offset, name);
 }
 
 static void describe_fault(const struct machine_fault *fault, char *text, size_t size)
@@ -72,4 +77,13 @@ void incident_describe(const struct evidence_incident *incident, char text[FINDI
                  incident->service);
     else
         snprintf(text, FINDING_TEXT, "%s %s", name, what);
+}
+
+void incident_place(const struct evidence_incident *incident, struct finding *finding,
+                    const struct case_file *file)
+{
+    const struct machine_fault *fault = &incident->fault;
+    /* A return address is behind the call, and may be on the next line. */
+    if (fault->has_pc)
+        finding_place(finding, file, fault->in_module ? fault->pc : fault->pc - 1);
 }

@@ -92,6 +92,9 @@ void finding_place(struct finding *finding, const struct case_file *file, uint64
 
 /* incidents.c: calls that did not return as they should, as text and as findings. */
 void incident_describe(const struct evidence_incident *incident, char text[FINDING_TEXT]);
+/* Where in the module it happened, or, when it happened outside, where the module had called from. */
+void incident_place(const struct evidence_incident *incident, struct finding *finding,
+                    const struct case_file *file);
 
 #define RULE(symbol, ...) rule_check check_##symbol;
 #include "conformance/rules.def"

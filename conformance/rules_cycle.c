@@ -41,8 +41,7 @@ static void report_incident(const struct case_file *file, enum experiment_id id,
     incident_describe(incident, text);
     struct finding *finding = finding_add(findings, "%s", text);
     stamp(finding, &file->experiments[id], incident->entry, incident->cycle);
-    if (incident->fault.has_pc)
-        finding_place(finding, file, incident->fault.pc);
+    incident_place(incident, finding, file);
 }
 
 /* The worker ended in a way that no handler in it could catch: what it had been doing is in the

@@ -36,8 +36,7 @@ static void expect_result(const struct case_file *file, enum experiment_id id, i
         incident_describe(&evidence->incidents[0], text);
         struct finding *finding =
             finding_add(findings, "%s: %s instead of returning %d", where, text, (int)wanted);
-        if (evidence->incidents[0].fault.has_pc)
-            finding_place(finding, file, evidence->incidents[0].fault.pc);
+        incident_place(&evidence->incidents[0], finding, file);
         finding->function = entry_name(ENTRY_INI);
         return;
     }

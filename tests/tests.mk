@@ -21,9 +21,28 @@ $(FIXTURE_DIR)/%.tgm: conformance/fixtures/%.c conformance/fixtures/base.h sdk/i
 # Each test program: its own source and what of the rooms it needs (all of them: they are small).
 UNIT_TESTS := test_text16 test_catalogue test_fixtures
 IMAGE_TESTS := test_image test_image_real test_image_bad test_image_damage test_image_memory
+MACHINE_TESTS := test_machine test_machine_call test_machine_load test_machine_seal test_worker
 BUS_TESTS := test_segment test_slave test_coe test_drive test_bus
 
 $(addprefix $(BUILD)/obj/tests/,$(BUS_TESTS:=.o) bench_bus.o): ALL_CFLAGS += -Itests $(BUS_CFLAGS)
+
+MACHINE_MODULE_DIR := $(BUILD)/machine_modules
+MACHINE_MODULES := $(addprefix $(MACHINE_MODULE_DIR)/,faults.so abi.so hostile.so data.so)
+
+$(MACHINE_MODULE_DIR)/%.so: tests/machine_modules/%.S | $(BUILD)/.deps
+	@mkdir -p $(@D)
+	@echo "  MODULE $<"
+	$(Q)gcc -shared -nostdlib -Wl,-Bsymbolic -Wl,-z,noexecstack -o $@ $<
+
+$(MACHINE_MODULE_DIR)/%.so: tests/machine_modules/%.c | $(BUILD)/.deps
+	@mkdir -p $(@D)
+	@echo "  MODULE $<"
+	$(Q)gcc -std=gnu11 -O1 -g -ffreestanding -fPIC -fno-stack-protector -fno-asynchronous-unwind-tables -shared \
+	    -nostdlib -Wl,-Bsymbolic -Wl,-z,relro -Wl,-z,noexecstack -o $@ $<
+
+$(addprefix $(BUILD)/obj/tests/,$(MACHINE_TESTS:=.o)): ALL_CFLAGS += -Itests \
+    -DTEST_MACHINE_MODULES_DIR='"$(MACHINE_MODULE_DIR)"'
+$(addprefix $(BUILD)/test/,$(MACHINE_TESTS)): | $(MACHINE_MODULES)
 
 include tests/modules/image.mk
 $(addprefix $(BUILD)/obj/tests/,$(IMAGE_TESTS:=.o) image_support.o): ALL_CFLAGS += -DTEST_MODULES_DIR='"$(BUILD)/modules"'
@@ -38,4 +57,4 @@ $(BUILD)/obj/tests/test_fixtures.o: ALL_CFLAGS += -DFIXTURE_DIR='"$(FIXTURE_DIR)
 
 .PHONY: test-programs fixtures
 fixtures: $(FIXTURES) ## build the rules' fixture modules
-test-programs: $(addprefix $(BUILD)/test/,$(UNIT_TESTS) $(IMAGE_TESTS) $(BUS_TESTS)) $(FIXTURES)
+test-programs: $(addprefix $(BUILD)/test/,$(UNIT_TESTS) $(IMAGE_TESTS) $(MACHINE_TESTS) $(BUS_TESTS)) $(FIXTURES)

@@ -152,10 +152,9 @@ static int tell_incident(const struct run *run, const struct evidence_incident *
     if (incident->cycle != EVIDENCE_NO_CYCLE)
         fprintf(run->screen, " in cycle %" PRIu64, incident->cycle);
     fputc('\n', run->screen);
-    if (incident->fault.has_pc) {
-        finding_place(&finding, &file, incident->fault.pc);
+    incident_place(incident, &finding, &file);
+    if (finding.place[0] != '\0')
         fprintf(run->screen, "    %s\n", finding.place);
-    }
     return EXIT_MODULE;
 }
 

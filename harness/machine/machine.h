@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
 /*
  * machine.h - where module code executes.
  *
@@ -10,6 +11,15 @@
  * is a worker process (worker.h) that can be thrown away.
  *
  * Nothing here allocates after machine_load()/machine_map(); machine_call() is fit for cyclic use.
+ *
+ * machine_load() to machine_unload() must happen in the same process and thread, the one that makes
+ * the calls: load in the worker, not before the fork. machine_call() does not nest: no service may
+ * make a call of its own. From load to unload a watchdog's SIGALRM arrives four times per hang_ns:
+ * sleeping system calls of the host end early with EINTR then.
+ *
+ * What the module sees on entry is the same on every run with the same seed: addresses, poison, the
+ * untouched part of its stack, and every general register and xmm register except its argument.
+ * Not so the addresses of the host's functions, and what host services leave behind on its stack.
  */
 #ifndef HARNESS_MACHINE_H
 #define HARNESS_MACHINE_H
@@ -31,7 +41,8 @@ struct machine_config {
                           TG Motion does not initialise globals. Words that a relocation patches and
                           the RELRO range keep their values. */
     size_t stack_size; /* bytes for module code, rounded up to pages; 0 = 256 KiB */
-    uint64_t hang_ns;  /* a call longer than this is a hang; 0 = 1 s. Wall time, resolution 1/4. */
+    uint64_t hang_ns;  /* a call longer than this is a hang; 0 = 1 s. Wall time: found when it
+                          has taken between 1 and 1.25 of this; at least 1 ms. */
 };
 
 enum machine_region_access { MACHINE_REGION_READ, MACHINE_REGION_READ_WRITE };
@@ -42,6 +53,26 @@ enum machine_outcome_kind {
     MACHINE_SYSCALL, /* module code issued a system call; it was not carried out */
     MACHINE_HANG     /* did not return in hang_ns */
 };
+
+/* Parts of the calling convention that a module can break and still return. Everything is put right
+ * again before machine_call() returns. */
+enum machine_abi {
+    MACHINE_ABI_RBX = 1 << 0, /* callee-saved registers */
+    MACHINE_ABI_RBP = 1 << 1,
+    MACHINE_ABI_R12 = 1 << 2,
+    MACHINE_ABI_R13 = 1 << 3,
+    MACHINE_ABI_R14 = 1 << 4,
+    MACHINE_ABI_R15 = 1 << 5,
+    MACHINE_ABI_STACK = 1 << 6,        /* stack pointer not where it was */
+    MACHINE_ABI_DIRECTION = 1 << 7,    /* direction flag left set */
+    MACHINE_ABI_FLAGS = 1 << 8,        /* trap, nested-task or alignment-check flag left set */
+    MACHINE_ABI_MXCSR = 1 << 9,        /* SSE rounding, exception masks, flush to zero */
+    MACHINE_ABI_X87_CONTROL = 1 << 10, /* x87 rounding, precision, exception masks */
+    MACHINE_ABI_X87_STACK = 1 << 11,   /* values left in the x87 registers, or MMX without emms;
+                                          looked   at only when nothing else is broken */
+    MACHINE_ABI_FS = 1 << 12           /* base of fs: the host's thread pointer */
+};
+#define MACHINE_ABI_BITS 13
 
 enum machine_access {
     MACHINE_ACCESS_NONE,
@@ -56,31 +87,39 @@ struct machine_fault {
     uint64_t address;           /* accessed address (SIGSEGV/SIGBUS), else 0 */
     bool in_module;             /* ip lay in the module; pc is the module address (unrelocated) */
     uint64_t pc; /* module address of the instruction; when ip lay outside (a call into
-                    nothing, a host service), the module's return address, if found */
+                    nothing, a host service), the module's return address, if found: that is the
+                    instruction after the call, so look up the line of pc - 1 */
     bool has_pc;
     uint64_t ip;         /* raw instruction pointer */
     long syscall;        /* number, for MACHINE_SYSCALL */
+    bool syscall_i386;   /* it is a number of the 32-bit table (int 0x80) */
     const char *service; /* host service that was running for the module, NULL when none */
-    char region[MACHINE_REGION_NAME]; /* nearest named region to address, "" when none is near */
+    /* Nearest named region to address, "" when none is near (a null pointer). Besides those of
+     * machine_map() there are "module" (begins at image.span_begin) and "stack". */
+    char region[MACHINE_REGION_NAME];
     int64_t region_offset; /* address - start of that region (may be negative or past its end) */
     uint64_t region_size;
 };
 
 struct machine_outcome {
     enum machine_outcome_kind kind;
-    int64_t value;       /* raw 64-bit return register when MACHINE_RETURNED */
-    uint64_t elapsed_ns; /* wall time of the call, 0 unless timing is on (machine_timing) */
-    struct machine_fault fault;
+    unsigned abi_broken;        /* enum machine_abi bits when MACHINE_RETURNED, 0 otherwise */
+    int64_t value;              /* raw 64-bit return register when MACHINE_RETURNED */
+    uint64_t elapsed_ns;        /* wall time of the call, 0 unless timing is on (machine_timing) */
+    struct machine_fault fault; /* not written when MACHINE_RETURNED */
 };
 
 /*
- * Maps and relocates the module. 0, or negative errno with a reason: a defect in the image, an
- * executable segment that is also writable (mapped without write), a relocation that is not
- * relative (left unapplied: the rules report it; calling the module may then fault), no memory.
+ * Maps and relocates the module. 0, or negative errno with a reason: a defect in the image, no
+ * memory, a machine in this process already (-EBUSY). A relocation that is not relative is left
+ * unapplied and a segment that is writable and executable is mapped so: the rules report both.
  * After success every exported entry can be called.
  */
 int machine_load(struct machine **out, const struct image *image,
                  const struct machine_config *config, char why[MACHINE_WHY]);
+
+/* Unmaps everything and gives signal handlers and timer back. In a sealed process the handlers stay
+ * (the seal forbids changing them); they do nothing but end the process on a fault. */
 void machine_unload(struct machine *machine);
 
 /*
@@ -89,6 +128,8 @@ void machine_unload(struct machine *machine);
  * faults); bytes before it down to the page boundary are filled with 0xCD. Zero-filled itself. With
  * MACHINE_REGION_READ the host's own pointer stays writable (second mapping) while the module's is
  * not. *host is for the host, *module is what the module is given; for READ_WRITE both are equal.
+ * Aligned to 16 bytes. Names are shorter than MACHINE_REGION_NAME. Not possible after
+ * machine_seal().
  */
 int machine_map(struct machine *machine, const char *name, size_t size,
                 enum machine_region_access access, void **host, void **module,
@@ -103,22 +144,27 @@ int machine_seal(struct machine *machine, int evidence_fd, char why[MACHINE_WHY]
 void machine_timing(struct machine *machine, bool on);
 
 /* Calls the exported function with one pointer argument on the module's own stack. Never fails to
- * return. function is an address of the module (image_symbol.vaddr). */
+ * return. function is an address of the module (image_symbol.vaddr). When the outcome is not
+ * MACHINE_RETURNED the host may go on calling, but a service that was cut short is not resumed. */
 void machine_call(struct machine *machine, uint64_t function, void *argument,
                   struct machine_outcome *outcome);
 
 /* Deepest use of the module stack so far, in bytes (from the untouched part of its fill pattern).
- */
+ * Host services run on the module's stack as well and count. */
 size_t machine_stack_used(const struct machine *machine);
 
 /* The address at which the module address vaddr runs. */
 void *machine_address(const struct machine *machine, uint64_t vaddr);
+
+/* The other way round: false when address lies outside the module. */
+bool machine_vaddr(const struct machine *machine, const void *address, uint64_t *vaddr);
 
 /*
  * Host services (functions that the module calls through PLC_DATA) bracket themselves with these,
  * so that a bad pointer or an endless loop inside them is charged to the module's call:
  *   machine_service_enter(m, "pswprintf", __builtin_return_address(0)); ...
  * machine_service_leave(m); leave does not return when the call has been declared hung meanwhile.
+ * Services may use one another: the outermost one is charged.
  */
 void machine_service_enter(struct machine *machine, const char *service, void *return_address);
 void machine_service_leave(struct machine *machine);

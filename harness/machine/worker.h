@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
 /*
  * worker.h - one experiment, one process, really gone afterwards.
  *
@@ -23,19 +24,32 @@ enum worker_end {
     WORKER_TIMEOUT /* killed by us because the time was up */
 };
 
+#define WORKER_REASON 160
+
 struct worker_result {
     enum worker_end end;
     int value;
     uint64_t wall_ns;
+    char reason[WORKER_REASON]; /* what the child said last about itself (worker_say), "" when
+                                   nothing: one printable line, but untrusted: for people to read
+                                   only */
 };
 
 struct worker_limits {
-    uint64_t wall_ns;      /* time to live */
+    uint64_t wall_ns;      /* time to live; UINT64_MAX: no end */
     uint64_t memory_bytes; /* RLIMIT_AS above what the process has at fork; 0 = 1 GiB */
 };
 
-/* body: runs in the child. shared: the block (parent and child see the same memory). pipe_fd: write
- * end of a pipe to the parent for bulk data, -1 when the caller wants none. */
+/*
+ * body: runs in the child. shared: the block (parent and child see the same memory). pipe_fd: write
+ * end of a pipe to the parent for bulk data, -1 when the caller wants none.
+ *
+ * From the start the child can make no process or thread, run no program, signal or trace nobody
+ * and raise none of its limits: those calls fail with EPERM. Descriptors other than 0, 1, 2
+ * (/dev/null) and pipe_fd are closed; about ten more may be opened. Signals have their default
+ * actions. Root's child keeps no privilege but real-time priorities and locking memory. What body
+ * needs from files it reads before machine_seal(), or better, the parent before the fork.
+ */
 typedef int worker_body(void *argument, void *shared, int pipe_fd);
 
 /* Called in the parent about every 50 ms while the child runs, and whenever bulk data arrived
@@ -44,12 +58,19 @@ typedef void worker_progress(void *argument, const void *shared, const void *dat
 
 /*
  * Runs body in a child. shared must come from worker_block(). Returns 0 with *result filled, or
- * negative errno when no child could be made. No process is left behind in any case, not even one
- * that the child itself managed to create.
+ * negative errno when no child could be made or it could not give up its rights. No process is left
+ * behind in any case, not even one that the child itself managed to create: neither when this
+ * returns, nor when the calling thread or process ends before it does.
+ *
+ * No state is kept in the parent: several threads may run workers at the same time.
  */
 int worker_run(worker_body *body, void *argument, void *shared, const struct worker_limits *limits,
                worker_progress *progress, void *progress_argument, bool want_pipe,
                struct worker_result *result);
+
+/* In the child: leaves a word on why it is about to end, for worker_result.reason. The latest
+ * counts. Fit for signal handlers; does nothing outside a worker. */
+void worker_say(const char *reason);
 
 /* Zeroed memory shared with children made later; NULL when there is none. */
 void *worker_block(size_t size);

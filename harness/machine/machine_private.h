@@ -1,0 +1,199 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/* machine_private.h - shared by the files of machine/, nobody else's business. */
+#ifndef HARNESS_MACHINE_PRIVATE_H
+#define HARNESS_MACHINE_PRIVATE_H
+
+#if !defined(__x86_64__) || !defined(__linux__) || defined(__ILP32__)
+#error "machine/ runs x86-64 modules natively on Linux; this target is another one"
+#endif
+
+#include <signal.h>
+#include <stdatomic.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <time.h>
+
+#if defined(__SANITIZE_ADDRESS__)
+#define ADDRESS_SANITIZER 1
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer)
+#define ADDRESS_SANITIZER 1
+#endif
+#endif
+
+#include "machine/machine.h"
+#include "machine/trampoline.h"
+
+#define PAGE            4096u
+#define PLACE_ALIGN     65536u         /* places are multiples of this */
+#define HULL_GUARD      (16ull << 20)  /* on both sides of the module, and below its stack */
+#define REGION_GUARD    (1ull << 20)   /* on both sides of a region */
+#define HULL_LIMIT      (512ull << 20) /* largest module span that is mapped */
+#define REGION_LIMIT    (1ull << 30)   /* largest region that is mapped */
+#define STACK_LIMIT     (256ull << 20)
+#define MAX_REGIONS     64   /* "module" and "stack" included */
+#define SLACK_BYTE      0xcd /* fills what belongs to a region's page, not to it */
+#define MACHINE_SIGNALS 7
+#define HANG_TICKS      4 /* watchdog periods in hang_ns */
+#define DEFAULT_STACK   (256u << 10)
+#define DEFAULT_HANG_NS 1000000000ull
+
+/* Address space reserved without access. */
+struct machine_reservation {
+    uint8_t *base;
+    size_t size;
+};
+
+/* A named range; the reservation around it is what counts as near. */
+struct machine_region {
+    char name[MACHINE_REGION_NAME];
+    uint64_t start, size;
+    struct machine_reservation around;
+    struct machine_reservation host; /* second mapping of a read-only region, size 0: none */
+};
+
+/* What of the process was there before us. */
+struct machine_borrowed {
+    struct sigaction actions[MACHINE_SIGNALS];
+    stack_t alternate;
+    bool installed;
+};
+
+struct machine {
+    struct machine_config config;
+    pid_t process;
+    bool sealed;
+    bool timing;
+
+    uint8_t *hull; /* where span_begin runs */
+    uint64_t span_begin, span_end;
+    uint8_t *page_access; /* PROT_* of each page of the hull */
+
+    uint8_t *stack; /* lowest byte */
+    size_t stack_size;
+    uint64_t stack_pattern;
+
+    struct machine_region regions[MAX_REGIONS];
+    unsigned region_count;
+
+    struct machine_reservation signal_stack;
+    timer_t timer;
+    bool has_timer;
+    uint64_t watched; /* call that the last tick saw */
+    unsigned ticks;   /* how many more ticks saw it */
+    struct machine_borrowed borrowed;
+};
+
+/*
+ * The call in progress. One in the process, at a fixed place, because the trampoline must find it
+ * when the module has destroyed every register. trampoline.S knows the layout.
+ */
+struct machine_state {
+    uint64_t host_rsp;    /* callee-saved registers of machine_enter()'s caller lie there */
+    uint64_t stack_top;   /* module's stack pointer before the call */
+    uint64_t serial;      /* number of the call */
+    uint64_t sentinel[6]; /* rbx, rbp, r12-r15 on entry */
+    /* After a return that broke the convention; each zero when nothing is wrong with it. */
+    uint64_t seen[6]; /* register xor sentinel */
+    uint64_t seen_stack;
+    uint64_t seen_flags;
+    uint64_t seen_mxcsr;
+    uint64_t seen_x87;
+    uint64_t seen_fs;
+    uint64_t seen_x87tag;
+    uint64_t host_fs; /* fs base of this thread */
+    uint32_t host_mxcsr, module_mxcsr;
+    uint16_t host_x87, module_x87;
+    uint32_t active; /* module code may be running */
+    uint32_t has_fsgsbase;
+};
+
+#define STATE_AT(field, offset)                                                                    \
+    _Static_assert(offsetof(struct machine_state, field) == (offset), #field)
+STATE_AT(host_rsp, STATE_HOST_RSP);
+STATE_AT(stack_top, STATE_STACK_TOP);
+STATE_AT(serial, STATE_SERIAL);
+STATE_AT(sentinel, STATE_SENTINEL);
+STATE_AT(seen, STATE_SEEN);
+STATE_AT(seen_stack, STATE_SEEN_STACK);
+STATE_AT(seen_flags, STATE_SEEN_FLAGS);
+STATE_AT(seen_mxcsr, STATE_SEEN_MXCSR);
+STATE_AT(seen_x87, STATE_SEEN_X87);
+STATE_AT(seen_fs, STATE_SEEN_FS);
+STATE_AT(seen_x87tag, STATE_SEEN_X87TAG);
+STATE_AT(host_fs, STATE_HOST_FS);
+STATE_AT(host_mxcsr, STATE_HOST_MXCSR);
+STATE_AT(module_mxcsr, STATE_MODULE_MXCSR);
+STATE_AT(host_x87, STATE_HOST_X87);
+STATE_AT(module_x87, STATE_MODULE_X87);
+STATE_AT(active, STATE_ACTIVE);
+STATE_AT(has_fsgsbase, STATE_HAS_FSGSBASE);
+
+extern volatile struct machine_state machine_state __attribute__((visibility("hidden")));
+
+/* What the signal handler leaves for machine_call(), and the service that is running. */
+struct machine_incident {
+    struct machine *machine; /* the loaded one, NULL when there is none */
+    enum machine_outcome_kind kind;
+    struct machine_fault fault;
+    const char *volatile service;
+    void *volatile service_return;
+    volatile unsigned service_depth;
+    volatile bool hung; /* declared hung while in a service, which is to leave by itself */
+};
+extern struct machine_incident machine_incident __attribute__((visibility("hidden")));
+
+/* trampoline.S */
+struct machine_left {
+    int64_t value;
+    uint64_t how; /* LEFT_... */
+};
+struct machine_left machine_enter(void *function, void *argument);
+void machine_abandon(void) __attribute__((noreturn));
+void machine_signal_entry(int sig, siginfo_t *info, void *context);
+extern const uint8_t machine_trampoline_begin[], machine_trampoline_end[];
+
+/* Reads a word of the module's stack: not aligned perhaps, and in frames of host functions that the
+ * address sanitizer has fenced. */
+static inline uint64_t machine_peek(uint64_t address)
+{
+    uint64_t word;
+
+    __asm__("mov (%1), %0" : "=r"(word) : "r"(address) : "memory");
+    return word;
+}
+
+/* regions.c */
+uint64_t machine_mix(uint64_t seed, uint64_t a, uint64_t b);
+int machine_reserve(struct machine_reservation *out, uint64_t seed, unsigned ordinal, size_t size);
+void machine_release(struct machine_reservation *reservation);
+struct machine_region *machine_region_add(struct machine *machine, const char *name);
+int machine_map_stack(struct machine *machine, char why[MACHINE_WHY]);
+void machine_regions_release(struct machine *machine);
+void machine_describe_address(const struct machine *machine, struct machine_fault *fault);
+
+/* poison.c */
+void machine_poison(const struct image *image, uint8_t *hull, uint64_t seed);
+
+/* fault.c */
+int machine_handlers_install(struct machine *machine, char why[MACHINE_WHY]);
+void machine_handlers_remove(struct machine *machine);
+void machine_on_signal(int sig, siginfo_t *info, void *context)
+    __attribute__((visibility("hidden")));
+
+/* attribute.c: from a raw instruction pointer to a place in the module */
+bool machine_executes(const struct machine *machine, uint64_t address, size_t size);
+void machine_attribute(const struct machine *machine, uint64_t ip, uint64_t sp,
+                       struct machine_fault *fault);
+
+/* watchdog.c */
+int machine_watchdog_start(struct machine *machine, char why[MACHINE_WHY]);
+void machine_watchdog_stop(struct machine *machine);
+bool machine_watchdog_tick(struct machine *machine, uint64_t ip);
+
+/* load.c: prints into why and returns error, for `return machine_fail(...)` */
+int machine_fail(char why[MACHINE_WHY], int error, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
+
+#endif

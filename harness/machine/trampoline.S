@@ -1,0 +1,203 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * trampoline.S - the way into module code and the three ways out of it.
+ *
+ * The module gets known registers: its argument, sentinels in the callee-saved ones, zero in the
+ * rest. On the way back nothing it left is trusted: the host's stack pointer comes from
+ * machine_state, what the ABI promises is compared, and put right when it was broken.
+ *
+ * While `active` is set a fault is the module's. It is cleared by the first instruction after the
+ * call, so that a module which returns with the trap flag set or with the host's memory locked away
+ * (wrpkru) is still charged.
+ */
+#include "machine/trampoline.h"
+
+        .text
+        .hidden machine_state
+        .hidden machine_enter
+        .hidden machine_abandon
+        .hidden machine_signal_entry
+        .hidden machine_trampoline_begin
+        .hidden machine_trampoline_end
+        .globl  machine_trampoline_begin
+machine_trampoline_begin:
+
+/* struct machine_left machine_enter(void *function, void *argument) */
+        .globl  machine_enter
+        .type   machine_enter, @function
+        .p2align 6
+machine_enter:
+        push    %rbx
+        push    %rbp
+        push    %r12
+        push    %r13
+        push    %r14
+        push    %r15
+        lea     machine_state(%rip), %rcx
+        mov     %rsp, STATE_HOST_RSP(%rcx)
+        stmxcsr STATE_HOST_MXCSR(%rcx)
+        fnstcw  STATE_HOST_X87(%rcx)
+        incq    STATE_SERIAL(%rcx)
+        mov     %rdi, %rax
+        mov     %rsi, %rdi
+        mov     STATE_SENTINEL+0(%rcx), %rbx
+        mov     STATE_SENTINEL+8(%rcx), %rbp
+        mov     STATE_SENTINEL+16(%rcx), %r12
+        mov     STATE_SENTINEL+24(%rcx), %r13
+        mov     STATE_SENTINEL+32(%rcx), %r14
+        mov     STATE_SENTINEL+40(%rcx), %r15
+        pxor    %xmm0, %xmm0
+        pxor    %xmm1, %xmm1
+        pxor    %xmm2, %xmm2
+        pxor    %xmm3, %xmm3
+        pxor    %xmm4, %xmm4
+        pxor    %xmm5, %xmm5
+        pxor    %xmm6, %xmm6
+        pxor    %xmm7, %xmm7
+        pxor    %xmm8, %xmm8
+        pxor    %xmm9, %xmm9
+        pxor    %xmm10, %xmm10
+        pxor    %xmm11, %xmm11
+        pxor    %xmm12, %xmm12
+        pxor    %xmm13, %xmm13
+        pxor    %xmm14, %xmm14
+        pxor    %xmm15, %xmm15
+        movl    $1, STATE_ACTIVE(%rcx)
+        mov     STATE_STACK_TOP(%rcx), %rsp
+        xor     %ecx, %ecx
+        xor     %edx, %edx
+        xor     %esi, %esi
+        xor     %r8d, %r8d
+        xor     %r9d, %r9d
+        xor     %r10d, %r10d
+        xor     %r11d, %r11d
+        call    *%rax
+
+        lea     machine_state(%rip), %rcx
+        movl    $0, STATE_ACTIVE(%rcx)
+        mov     %rsp, %rdx
+        mov     STATE_HOST_RSP(%rcx), %rsp
+
+        /* Everything that is wrong ends up as a set bit of rsi. */
+        xor     STATE_SENTINEL+0(%rcx), %rbx
+        xor     STATE_SENTINEL+8(%rcx), %rbp
+        xor     STATE_SENTINEL+16(%rcx), %r12
+        xor     STATE_SENTINEL+24(%rcx), %r13
+        xor     STATE_SENTINEL+32(%rcx), %r14
+        xor     STATE_SENTINEL+40(%rcx), %r15
+        xor     STATE_STACK_TOP(%rcx), %rdx
+        pushfq
+        pop     %rdi
+        and     $FLAGS_CHECKED, %edi
+        stmxcsr STATE_MODULE_MXCSR(%rcx)
+        mov     STATE_MODULE_MXCSR(%rcx), %r8d
+        xor     STATE_HOST_MXCSR(%rcx), %r8d
+        and     $MXCSR_CONTROL, %r8d
+        fnstcw  STATE_MODULE_X87(%rcx)
+        movzwl  STATE_MODULE_X87(%rcx), %r9d
+        xor     STATE_HOST_X87(%rcx), %r9w
+        xor     %r10d, %r10d
+        cmpl    $0, STATE_HAS_FSGSBASE(%rcx)
+        je      1f
+        rdfsbase %r10
+        xor     STATE_HOST_FS(%rcx), %r10
+1:      mov     %rbx, %rsi
+        or      %rbp, %rsi
+        or      %r12, %rsi
+        or      %r13, %rsi
+        or      %r14, %rsi
+        or      %r15, %rsi
+        or      %rdx, %rsi
+        or      %rdi, %rsi
+        or      %r8, %rsi
+        or      %r9, %rsi
+        or      %r10, %rsi
+        mov     %rax, %r11
+        xor     %eax, %eax
+        test    %rsi, %rsi
+        jnz     broken
+        fxam                            /* only now: may raise what a changed control word unmasks */
+        fnstsw  %ax
+        and     $FXAM_MASK, %eax
+        xor     $FXAM_EMPTY, %eax
+        jnz     broken
+        mov     %r11, %rax
+        xor     %edx, %edx              /* LEFT_CLEAN */
+back:   pop     %r15
+        pop     %r14
+        pop     %r13
+        pop     %r12
+        pop     %rbp
+        pop     %rbx
+        ret
+
+broken: mov     %rbx, STATE_SEEN+0(%rcx)
+        mov     %rbp, STATE_SEEN+8(%rcx)
+        mov     %r12, STATE_SEEN+16(%rcx)
+        mov     %r13, STATE_SEEN+24(%rcx)
+        mov     %r14, STATE_SEEN+32(%rcx)
+        mov     %r15, STATE_SEEN+40(%rcx)
+        mov     %rdx, STATE_SEEN_STACK(%rcx)
+        mov     %rdi, STATE_SEEN_FLAGS(%rcx)
+        mov     %r8, STATE_SEEN_MXCSR(%rcx)
+        mov     %r9, STATE_SEEN_X87(%rcx)
+        mov     %r10, STATE_SEEN_FS(%rcx)
+        mov     %rax, STATE_SEEN_X87TAG(%rcx)
+        mov     %r11, %rax
+        mov     $LEFT_BROKEN, %edx
+
+repair: pushq   $FLAGS_CLEAN
+        popfq
+        fninit
+        fldcw   STATE_HOST_X87(%rcx)
+        ldmxcsr STATE_HOST_MXCSR(%rcx)
+        cmpl    $0, STATE_HAS_FSGSBASE(%rcx)
+        je      back
+        mov     STATE_HOST_FS(%rcx), %r8
+        wrfsbase %r8
+        jmp     back
+        .size   machine_enter, . - machine_enter
+
+/* Leaves the call in progress from wherever the processor is; machine_enter() returns. The signal
+ * handler makes the kernel resume here. */
+        .globl  machine_abandon
+        .type   machine_abandon, @function
+machine_abandon:
+        lea     machine_state(%rip), %rcx
+        movl    $0, STATE_ACTIVE(%rcx)
+        mov     STATE_HOST_RSP(%rcx), %rsp
+        xor     %eax, %eax
+        mov     $LEFT_ABANDONED, %edx
+        jmp     repair
+        .size   machine_abandon, . - machine_abandon
+
+/* Signal handler. The module's fs base and alignment-check flag are still in force, and compiled C
+ * survives neither (stack protector, errno; unaligned access). The kernel has seen to the rest. */
+        .globl  machine_signal_entry
+        .type   machine_signal_entry, @function
+machine_signal_entry:
+        pushfq
+        andq    $~FLAG_ALIGNMENT, (%rsp)
+        popfq
+        lea     machine_state(%rip), %rcx
+        cmpl    $0, STATE_HAS_FSGSBASE(%rcx)
+        je      1f
+        mov     STATE_HOST_FS(%rcx), %rax
+        wrfsbase %rax
+        jmp     machine_on_signal
+1:      push    %rdi
+        push    %rsi
+        push    %rdx
+        mov     STATE_HOST_FS(%rcx), %rsi
+        mov     $0x1002, %edi           /* ARCH_SET_FS */
+        mov     $158, %eax              /* arch_prctl */
+        syscall
+        pop     %rdx
+        pop     %rsi
+        pop     %rdi
+        jmp     machine_on_signal
+        .size   machine_signal_entry, . - machine_signal_entry
+
+        .globl  machine_trampoline_end
+machine_trampoline_end:
+        .section .note.GNU-stack, "", @progbits
