@@ -31,7 +31,7 @@ BUS_SRC := client.c client_cycle.c client_map.c segment.c slave.c registers.c si
     port/clock.c port/port.c
 HOST_SRC := product.c schedule.c catalogue.c text16.c evidence.c memories.c services.c servo.c dio.c host.c experiment.c
 REPORT_SRC := text.c json.c
-CLI_SRC := main.c options.c output.c check.c run.c rules.c
+CLI_SRC := main.c options.c output.c check.c run.c rules.c new.c
 CONFORMANCE_SRC := profile.c rules.c findings.c incidents.c rules_file.c rules_start.c rules_cycle.c check.c
 SOEM_SRC := ethercatbase.c ethercatcoe.c ethercatconfig.c ethercatdc.c ethercatmain.c ethercatprint.c ethercatsoe.c
 

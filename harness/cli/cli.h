@@ -71,6 +71,7 @@ int output_close(struct output *output, bool keep);
 int command_check(const struct command *command, int argc, char **argv);
 int command_run(const struct command *command, int argc, char **argv);
 int command_rules(const struct command *command, int argc, char **argv);
+int command_new(const struct command *command, int argc, char **argv);
 int command_explain(const struct command *command, int argc, char **argv);
 
 #endif

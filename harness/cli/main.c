@@ -10,6 +10,7 @@ static const struct command commands[] = {
       command_check },
     { "run", "MODULE.tgm [options]",
       "Runs a module on the simulated machine and shows what its axes do.", command_run },
+    { "new", "NAME [options]", "Makes a project from a template, in a new folder.", command_new },
     { "rules", "", "Lists the rules.", command_rules },
     { "explain", "RULE", "Explains one rule: what must hold, why, and what to do.",
       command_explain },
@@ -35,7 +36,7 @@ static int unknown_command(const char *word)
     const char *close = nearest(word, names, COMMAND_COUNT);
     if (close != NULL)
         return complain(NULL, "unknown command '%s' (did you mean %s?)", word, close);
-    return complain(NULL, "unknown command '%s'; allowed: check run rules explain help version",
+    return complain(NULL, "unknown command '%s'; allowed: check run new rules explain help version",
                     word);
 }
 

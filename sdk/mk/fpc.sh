@@ -21,16 +21,18 @@ fi
 "$@" >"$log" 2>&1
 status=$?
 
-# Where a message has no place: a variable whose type needs clean-up is all that it can be about.
+# Some messages have no place. It can be but a variable whose type needs clean-up, or the file's first word.
 dynamic=$(awk 'tolower($0) ~ /array[ \t]+of/ && !/\(/ {print FNR; exit}' "$source" 2>/dev/null)
+first=$(awk 'tolower($0) ~ /^[ \t]*(library|program)[ \t]/ {print FNR; exit}' "$source" 2>/dev/null)
 
-awk -v source="$source" -v dynamic="$dynamic" -v here="$PWD/" '
+awk -v source="$source" -v dynamic="$dynamic" -v first="$first" -v here="$PWD/" '
     function told(text) {
-        sub(/^[^ ]*error: .*/, "", $0)
         print place "error: " text
         errors++
     }
     function reason(name) {
+        if (name ~ /thread/)
+            return "a threadvar needs an operating system; use a plain variable"
         if (name ~ /str|char|concat|lstr|val_|copy$/)
             return "a string needs a heap and a run-time library, a module has neither; use PWideChar or array of WideChar"
         if (name ~ /dynarray|finalize|initialize|addref|decref|setlength/)
@@ -43,8 +45,6 @@ awk -v source="$source" -v dynamic="$dynamic" -v here="$PWD/" '
             return "exceptions need a run-time library; return a value that says what went wrong"
         if (name ~ /variant|olevar|dispatch/)
             return "a variant needs a heap and an operating system, a module has neither"
-        if (name ~ /thread/)
-            return "a threadvar needs an operating system; use a plain variable"
         if (name ~ /class|obj|intf|vmt|is$|as$/)
             return "a class needs a heap and a run-time library; use a record and procedures"
         return "it needs the run-time library of Free Pascal (" name "), a module is linked to nothing"
@@ -80,7 +80,13 @@ awk -v source="$source" -v dynamic="$dynamic" -v here="$PWD/" '
             told(reason(name))
         next
     }
+    rest ~ /Can.t find unit (fpintres|fpextres|sysinit|si_[a-z0-9]+|sysinit[a-z0-9]+) used by/ {
+        place = source ":" (first == "" ? "" : first ":") " "
+        told("a module is a unit, not a library or program: begin it with unit, export with public name \047Program_01\047")
+        next
+    }
     rest ~ /Identifier not found "(TOBJECT|EXCEPTION)"/ { told(reason("class")); next }
+    rest ~ /DWARF debug information cannot be used with smart linking/ { next } # sections it has all the same
     rest ~ /^error: Compilation aborted|There were [0-9]+ errors compiling|returned an error exitcode/ { aborted = rest; next }
     rest ~ /^(fatal|error): / { print place rest; errors++; next }
     rest ~ /^(warning|note): / { print place rest; next }

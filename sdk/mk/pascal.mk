@@ -59,7 +59,7 @@ tgm_object   := $(BUILD)/obj/$(MODULE).o
 tgm_file     := $(BUILD)/$(MODULE).tgm
 tgm_linked   := $(BUILD)/unverified/$(MODULE).tgm
 tgm_tools    := TARGET=$(TARGET) NM=$(tgm_prefix)nm READELF=$(tgm_prefix)readelf OBJDUMP=$(tgm_prefix)objdump \
-    ADDR2LINE=$(tgm_prefix)addr2line
+    ADDR2LINE=$(tgm_prefix)addr2line LD=$(tgm_prefix)ld OBJCOPY=$(tgm_prefix)objcopy
 tgm_verify   := { $(tgm_tools) $(TGM_SDK)/mk/verify_pascal.sh \
     $(foreach source,$(SOURCES),$(source) $(tgm_out)/$(basename $(notdir $(source))).o); s=$$?; \
     $(tgm_tools) $(TGM_SDK)/mk/verify.sh $(tgm_linked) $(tgm_object) && [ $$s = 0 ]; }
@@ -78,18 +78,17 @@ endif
 all: $(tgm_file)
 
 # All at once and from nothing: Free Pascal takes a fraction of a second, and no unit is ever stale.
-$(tgm_object): $(SOURCES) $(tgm_units) $(TGM_SDK)/mk/fpc.sh $(MAKEFILE_LIST)
+$(tgm_object): $(SOURCES) $(tgm_units) $(TGM_SDK)/mk/fpc.sh \
+    $(TGM_SDK)/mk/join_pascal.sh $(MAKEFILE_LIST)
 	@rm -rf $(tgm_out) $@
 	@mkdir -p $(tgm_out)
 	$(tgm_q)$(tgm_fpc) -g- -Us -FU$(tgm_out) $(TGM_SDK)/pascal/system.pas
 	$(tgm_say) FPC "$(SOURCES)"
 	$(tgm_q)for source in $(SOURCES); do \
-	    $(tgm_fpc) -Mobjfpc -FU$(tgm_out) -Fu$(TGM_SDK)/pascal $(patsubst %,-Fu%,$(sort $(dir $(SOURCES)))) \
+	    $(tgm_fpc) -Mobjfpc -Sh -FU$(tgm_out) -Fu$(TGM_SDK)/pascal $(patsubst %,-Fu%,$(sort $(dir $(SOURCES)))) \
 	        $(MODULE_FPCFLAGS) $$source || exit 1; \
 	done
-	$(tgm_q)$(tgm_prefix)ld -r -o $@ $(tgm_out)/*.o
-	$(tgm_q)$(tgm_prefix)objcopy --wildcard --localize-symbol='*$$*' --localize-symbol='fpc_*' \
-	    --localize-symbol='FPC_*' $@
+	$(tgm_q)$(tgm_tools) $(TGM_SDK)/mk/join_pascal.sh $@ $(tgm_out)/*.o
 
 $(BUILD)/obj/math/libtgm_math.a: $(TGM_SDK)/mk/math.sh
 	$(tgm_say) MATH $@

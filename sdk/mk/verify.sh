@@ -29,7 +29,7 @@ trap 'rm -rf "$work"' EXIT
 : >"$work/findings"
 
 finding() { # place symbol text
-    printf '%s: error: %s: %s\n' "${1:-$module}" "$2" "$3" | sed "s|^$PWD/||" >>"$work/findings"
+    printf '%s: error: %s: %s\n' "${1:-$module}" "$2" "$3" | sed "s|^$PWD//*||" >>"$work/findings"
 }
 
 # The C name of a linker symbol: 32-bit Windows puts an underscore before it.
@@ -41,9 +41,11 @@ plain() {
 # exported is the business of the .def file, so nothing counts as visible there.
 symbols() {
     if [ $format = pe ]; then
+        # Not every compiler gives its functions a function's type: what lies in code is one.
+        code=$("$OBJDUMP" -h "$1" | awk '$1 ~ /^[0-9]+$/ {n = $1 + 1} /CODE/ {printf " %d ", n}')
         "$OBJDUMP" -t "$1" | sed -n 's/^\[ *[0-9]*\](sec *\(-*[0-9]*\))(fl 0x[0-9a-f]*)(ty *\([0-9a-f]*\))(scl *\([0-9]*\)) (nx [0-9]*) 0x[0-9a-f]* \(.*\)$/\1 \2 \3 \4/p' |
-            awk '$1 == -2 || $4 ~ /^\./ {next}
-                 {print ($2 == "20" ? "FUNC" : "OBJECT"), ($3 == 105 ? "WEAK" : $3 == 2 ? "GLOBAL" : "LOCAL"), "HIDDEN", ($1 == 0 ? "UND" : $1), $4}' | plain
+            awk -v code="$code" '$1 == -2 || $4 ~ /^\./ {next}
+                 {print ($2 == "20" || index(code, " " $1 " ") ? "FUNC" : "OBJECT"), ($3 == 105 ? "WEAK" : $3 == 2 ? "GLOBAL" : "LOCAL"), "HIDDEN", ($1 == 0 ? "UND" : $1), $4}' | plain
     else
         "$READELF" -sW "$1" | awk '$1 ~ /^[0-9]+:$/ && $8 != "" {print $4, $5, $6, $7, $8}'
     fi
@@ -69,7 +71,7 @@ check_names() { # object
             bare = tolower($5); sub(/^_+/, "", bare); sub(/@.*/, "", bare)
             if (bare in lower) print "case", $5, lower[bare]
             else if ($5 ~ /^_Z[0-9]+[Pp][Rr][Oo][Gg][Rr][Aa][Mm]_/) print "mangled", $5, "-"
-            else if ($3 == "DEFAULT" && $2 != "LOCAL" && $5 != "GetProcAddress" && ($1 == "FUNC" || $1 == "OBJECT")) print "extra", $5, "-"
+            else if ($3 == "DEFAULT" && $2 != "LOCAL" && $5 != "GetProcAddress" && $5 !~ /^_Zd[la]Pv/ && ($1 == "FUNC" || $1 == "OBJECT")) print "extra", $5, "-"
         }' >"$work/names"
     while read -r what name right; do
         case $what in
@@ -129,17 +131,25 @@ initialisers() {
     fi
 }
 
-# A C++ variable that is initialised by code is named by what its initialiser function touches.
-explain_constructor() { # object function
-    case $2 in
-    _GLOBAL__sub_I_* | __cxx_global_var_init* | *static_initialization_and_destruction*)
-        variable=${2#_GLOBAL__sub_I_}
-        "$NM" -C "$1" | awk '$2 ~ /^[bBdD]$/ {$1 = $2 = ""; print substr($0, 3)}' | grep -vE '^(guard variable|\.)' | tr '\n' ' ' >"$work/variables"
-        printf 'a global is initialised by code (%s): TG Motion never runs it, make it constexpr or set it in Program_Ini; variables here: %s' \
-            "$variable" "$(cat "$work/variables")"
-        ;;
-    *) printf 'constructor or destructor; TG Motion never runs it, call it from Program_Ini' ;;
-    esac
+# Name of the function at an offset of a section of an object, as the linker knows it.
+function_at() { # object section offset
+    if [ $format = pe ]; then
+        index=$("$OBJDUMP" -h "$1" | awk -v s="$2" '$2 == s {print $1 + 1; exit}')
+        "$OBJDUMP" -t "$1" | awk -v s="$index" -v v="$(printf '%x' "0x$3")" \
+            'NF > 3 {gsub(/[()]/, " "); value = $(NF - 1); sub(/^0x0*/, "", value); if (value == "") value = "0"
+              for (i = 1; i < NF; i++) if ($i == "sec" && $(i + 1) == s && value == v && $NF !~ /^\./) {print $NF; exit}}'
+        return
+    fi
+    index=$("$READELF" -SW "$1" | sed -n 's/^ *\[ *\([0-9]*\)\] \([^ ]*\) .*/\1 \2/p' | awk -v s="$2" '$2 == s {print $1; exit}')
+    "$READELF" -sW "$1" | awk -v s="$index" -v v="$(printf '%016x' "0x$3")" \
+        '$4 == "FUNC" && $7 == s && substr("0000000000000000" $2, length($2) + 1) == v {print $8; exit}'
+}
+
+# The variables that the initialiser of a C++ file writes: what its code refers to and is no function.
+initialised() { # object function
+    "$OBJDUMP" -dr --no-show-raw-insn --disassemble="$2" "$1" 2>/dev/null |
+        sed -n 's/.*R_[A-Z0-9_]*[ \t]*\([^ \t]*\)$/\1/p; s/.*IMAGE_REL_[A-Z0-9_]*[ \t]*\([^ \t]*\)$/\1/p' |
+        sed 's/[-+]0x[0-9a-f]*$//; s/^\.\(bss\|data\)\.//' | c++filt | grep -vE '^\.|\(|^vtable' | sort -u | tr '\n' ' '
 }
 
 check_constructors() { # object; section + offset of each function in an initialiser array -> name and line
@@ -147,16 +157,22 @@ check_constructors() { # object; section + offset of each function in an initial
     while read -r name addend; do
         case $name in
         .*)
-            where=$("$ADDR2LINE" -f -e "$1" -j "$name" "0x$addend" 2>/dev/null)
-            name=$(printf '%s\n' "$where" | sed -n 1p)
-            place=$(printf '%s\n' "$where" | sed -n 's/ (discriminator.*//; 2p')
+            place=$("$ADDR2LINE" -i -e "$1" -j "$name" "0x$addend" 2>/dev/null | sed 's/ (discriminator.*//' | grep -v ':?$' | tail -n 1)
+            name=$(function_at "$1" "$name" "$addend")
             ;;
         *)
             name=$(printf '%s' "$name" | plain)
             place=$(place_of "$1" "$name")
             ;;
         esac
-        finding "$place" "$name" "$(explain_constructor "$1" "$name")"
+        case $name in
+        *_GLOBAL__sub_I_* | __cxx_global_var_init*)
+            variables=$(initialised "$1" "$name" | sed 's/ $//')
+            finding "${place:-$1}" "${variables:-a global of this file}" \
+                "initialised by code that TG Motion never runs; make it constexpr or constinit, or set it in Program_Ini"
+            ;;
+        *) finding "$place" "$name" "constructor or destructor; TG Motion never runs it, call it from Program_Ini" ;;
+        esac
     done <"$work/ctors"
 }
 

@@ -46,10 +46,6 @@ check_sections() { # source object
         finding "$1$(line_of "$1" '^[ \t]*finalization')" finalization \
             'TG Motion never runs this section, and there is no clean-up of strings and dynamic arrays'
     fi
-    if grep -q '^_*PASCALMAIN$' "$work/names"; then
-        finding "$1$(line_of "$1" '^[ \t]*(library|program)')" "$(basename "$1")" \
-            "a module is a unit, not a library or program: start it with unit, export with public name 'Program_01'"
-    fi
 }
 
 # A function with the right name that was not given it for the linker.
@@ -71,7 +67,7 @@ check_extended() { # source object
         /^ +[0-9a-f]+:\t/ { split($0, p, "\t"); if (p[2] ~ /^f(ld|ild|st|ist|add|sub|mul|div|com|ucom|sqrt|abs|chs|xch|rnd|sin|cos|pat|y)/) print place }' |
         sort -u >"$work/places"
     while read -r place; do
-        finding "${place:-$1}" extended "computed in 80 bits, where the PC computes in 64: write Double(0.1) for a constant that is not a whole multiple of a power of 2, and divide Double by Double"
+        finding "${place:-$1}" extended 'computed in 80 bits, on pe64 in 64; a constant that a Double cannot hold exactly is 80 bits wide: write Double(0.1), not 0.1'
     done <"$work/places"
 }
 

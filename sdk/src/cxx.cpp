@@ -16,7 +16,10 @@ void operator delete(void *, size_t) noexcept
     __builtin_trap();
 }
 
-extern "C" __attribute__((visibility("hidden"))) void __cxa_pure_virtual(void)
+#ifndef _WIN32
+#pragma GCC visibility push(hidden)
+#endif
+extern "C" void __cxa_pure_virtual(void)
 {
     __builtin_trap();
 }

@@ -19,7 +19,8 @@
 #define PLANNED 0.999999
 
 /* Far from overflow, so that sums and differences of two are numbers, too. */
-#define LARGEST 1e300
+#define LARGEST  1e300
+#define SMALLEST 1e-290 /* products with a cycle are still normal numbers */
 
 static int is_usable(double x)
 {
@@ -91,14 +92,12 @@ int tgm_move_done(const struct tgm_move *m)
  */
 static double fastest(double room, double b)
 {
-    if (room <= 0)
-        return 0;
+    if (room <= b)
+        return room > 0 ? room : 0;
     const double g = room / b;
-    if (g <= 1)
-        return room;
+    if (g > 1e18) /* more cycles than any machine lives: n (n + 1) / 2 is n^2 / 2, and g might overflow */
+        return __builtin_sqrt(2 * room) * __builtin_sqrt(b) - b;
     const double root = 0.5 * (__builtin_sqrt(1 + 8 * g) - 1);
-    if (root > 1e9) /* cycles: never in practice, and n would not matter any more */
-        return root * b;
     double n = (double)(uint32_t)root;
     if (n < root)
         n += 1;
@@ -146,7 +145,7 @@ double tgm_move_step(struct tgm_move *m)
     const double next = next_speed(m, distance, speed);
     const double way = 0.5 * (speed + next) * m->cycle;
     /* What lies below this is rounding: of the position itself and of the sums above. */
-    const double rounding = 0x1p-47 * (size_of(m->position) + size_of(m->target));
+    const double rounding = 0x1p-47 * (size_of(m->position) + size_of(m->target)) + SMALLEST;
 
     if (size_of(distance - way) <= rounding && size_of(next) * m->cycle <= 4 * rounding) {
         m->position = m->target;
