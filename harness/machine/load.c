@@ -70,9 +70,12 @@ static uint64_t end_page(uint64_t vaddr)
     return vaddr / PAGE + (vaddr % PAGE != 0);
 }
 
-/* Protection page by page: segments may share one. A segment that is writable and executable is mapped
- * so, as a controller would: that it must not be is a rule's business, and nothing it holds can do
- * more than other module code. */
+#define PAGE_BOTH                                                                                  \
+    0x80 /* in page_access while it is planned: one segment wants it written and executed */
+
+/* Protection page by page: segments may share one. A segment that is writable and executable is
+ * mapped so, as a controller would: that it must not be is a rule's business, and nothing it holds
+ * can do more than other module code. A page that code and data merely share is not writable. */
 static void plan_access(struct machine *machine, const struct image *image)
 {
     uint64_t first = first_page(image->span_begin);
@@ -88,6 +91,8 @@ static void plan_access(struct machine *machine, const struct image *image)
             access |= PROT_WRITE;
         if (segment->perm & IMAGE_EXEC)
             access |= PROT_EXEC;
+        if ((segment->perm & IMAGE_WRITE) && (segment->perm & IMAGE_EXEC))
+            access |= PAGE_BOTH;
         for (uint64_t page = first_page(segment->vaddr);
              page < end_page(segment->vaddr + segment->mem_size); page++)
             machine->page_access[page - first] |= access;
@@ -98,6 +103,13 @@ static void plan_access(struct machine *machine, const struct image *image)
              page++)
             if (page - first < count)
                 machine->page_access[page - first] &= (uint8_t)~PROT_WRITE;
+    for (uint64_t page = 0; page < count; page++) {
+        uint8_t *access = &machine->page_access[page];
+
+        if ((*access & PROT_EXEC) && !(*access & PAGE_BOTH))
+            *access &= (uint8_t)~PROT_WRITE;
+        *access &= (uint8_t)~PAGE_BOTH;
+    }
 }
 
 /* Applies the plan, or opens every planned page for filling. */
