@@ -22,6 +22,7 @@ test  clang          second compiler, sanitizers
 test  llvm           names in sanitizer reports
 test  lld            second linker for modules
 test  valgrind       memory checks
+test  procps         looks for processes that a hostile module left behind
 EOF
 }
 
