@@ -114,10 +114,15 @@ endif
 
 # The verdict covers what verify.sh refuses, too, and says it with clause and line: so it is asked
 # about the module as linked.
+tgm_need = @command -v $(TGM) >/dev/null || \
+    { echo "$(TGM) is not there: build the harness first (make in its own folder) or set TGM=path/to/tgm" >&2; exit 2; }
+
 check: $(tgm_linked)
+	$(tgm_need)
 	$(TGM) check $(CHECK_FLAGS) $(tgm_linked)
 
 run: $(tgm_file)
+	$(tgm_need)
 	$(TGM) run $(RUN_FLAGS) $(tgm_file)
 
 clean:
