@@ -25,6 +25,7 @@ step() {
     passed=$((passed + n))
     failed=$((failed + m))
     echo "$verdict  $n passed, $m failed  $(($(date +%s) - began)) s"
+    grep '^SKIP' build/step-log || true
     [ "$verdict" = ok ] || grep -vE '^  (CC|AS|LINK|MODULE) |RUN  |   OK \]' build/step-log | tail -n 60
 }
 
@@ -48,6 +49,7 @@ step "unit tests and every rule's fixtures, clang" units build/clang
 step "build with sanitizers" "$MAKE" -j"$jobs" BUILD=build/san CC=clang OPT='-O1 -g' CFLAGS="$san" all test-programs
 step "unit tests under address and undefined sanitizers" units build/san
 step "SDK: what it refuses and how it says so" sh tests/sdk.sh
+step "Pascal: template, layouts, what is refused" sh tests/pascal.sh
 step "the program from the outside" sh tests/cli.sh
 
 echo

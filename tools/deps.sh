@@ -21,6 +21,14 @@ test  libcmocka-dev  unit tests
 test  clang          second compiler, sanitizers
 test  llvm           names in sanitizer reports
 test  lld            second linker for modules
+test  fp-compiler    modules in Pascal
+test  gcc-mingw-w64-x86-64-win32 modules for 64-bit Windows
+test  gcc-mingw-w64-i686-win32 modules for 32-bit Windows
+test  g++-mingw-w64-x86-64-win32 modules in C++ for 64-bit Windows
+test  g++-mingw-w64-i686-win32 modules in C++ for 32-bit Windows
+test  g++            modules in C++
+test  gcc-arm-linux-gnueabihf modules for TGMmini
+test  gcc-arm-none-eabi modules for TGMcontroller and TGZ+Motion
 test  valgrind       memory checks
 test  procps         looks for processes that a hostile module left behind
 EOF

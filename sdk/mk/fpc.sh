@@ -33,6 +33,8 @@ awk -v source="$source" -v dynamic="$dynamic" -v first="$first" -v here="$PWD/" 
     function reason(name) {
         if (name ~ /thread/)
             return "a threadvar needs an operating system; use a plain variable"
+        if (name ~ /rangeerror|overflow|stackcheck/)
+            return "run-time checks ({$R+}, {$S+}) need a run-time library to report to; check the value yourself"
         if (name ~ /str|char|concat|lstr|val_|copy$/)
             return "a string needs a heap and a run-time library, a module has neither; use PWideChar or array of WideChar"
         if (name ~ /dynarray|finalize|initialize|addref|decref|setlength/)

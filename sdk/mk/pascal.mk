@@ -45,7 +45,7 @@ endif
 tgm_fpc_elf64 := -Px86_64 -Tandroid -Cg -Aas -XP -uANDROID -uLINUX -uUNIX
 tgm_fpc_pe64  := -Px86_64 -Twin64 -Aas -XPx86_64-w64-mingw32-
 ifeq ($(tgm_fpc_$(TARGET)),)
-$(error TARGET is '$(TARGET)'; allowed for Pascal: elf64 pe64)
+$(error TARGET is '$(TARGET)'; allowed for Pascal: elf64 pe64$(if $(filter pe32,$(TARGET)), (for 32 bits Free Pascal computes in 80-bit registers only; use C)))
 endif
 
 include $(TGM_SDK)/mk/target-$(TARGET).mk
@@ -60,9 +60,9 @@ tgm_file     := $(BUILD)/$(MODULE).tgm
 tgm_linked   := $(BUILD)/unverified/$(MODULE).tgm
 tgm_tools    := TARGET=$(TARGET) NM=$(tgm_prefix)nm READELF=$(tgm_prefix)readelf OBJDUMP=$(tgm_prefix)objdump \
     ADDR2LINE=$(tgm_prefix)addr2line LD=$(tgm_prefix)ld OBJCOPY=$(tgm_prefix)objcopy
-tgm_verify   := { $(tgm_tools) $(TGM_SDK)/mk/verify_pascal.sh \
-    $(foreach source,$(SOURCES),$(source) $(tgm_out)/$(basename $(notdir $(source))).o); s=$$?; \
-    $(tgm_tools) $(TGM_SDK)/mk/verify.sh $(tgm_linked) $(tgm_object) && [ $$s = 0 ]; }
+tgm_verify   := $(tgm_tools) $(TGM_SDK)/mk/verify_pascal.sh \
+    $(foreach source,$(SOURCES),$(source) $(tgm_out)/$(basename $(notdir $(source))).o) && \
+    $(tgm_tools) $(TGM_SDK)/mk/verify.sh $(tgm_linked) $(tgm_object)
 ifeq ($(MATH),yes)
 tgm_math     := $(BUILD)/obj/math/libtgm_math.a
 endif

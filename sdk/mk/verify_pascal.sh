@@ -38,11 +38,11 @@ check_initial_values() { # source object
 
 check_sections() { # source object
     "$NM" "$2" | awk '{print $NF}' >"$work/names"
-    if grep -q '^_*INIT\$_\$' "$work/names"; then
+    if grep -q '^INIT\$_\$' "$work/names"; then
         finding "$1$(line_of "$1" '^[ \t]*initialization')" initialization \
             'TG Motion never runs this section; do it in Program_Ini'
     fi
-    if grep -q '^_*FINALIZE\$_\$' "$work/names"; then
+    if grep -q '^FINALIZE\$_\$' "$work/names"; then
         finding "$1$(line_of "$1" '^[ \t]*finalization')" finalization \
             'TG Motion never runs this section, and there is no clean-up of strings and dynamic arrays'
     fi
@@ -53,7 +53,7 @@ check_exports() { # source object
     "$NM" "$2" | awk '{print $NF}' >"$work/names"
     for entry in Program_Ini Program_01 Program_02 Program_03 Program_04 Program_05; do
         lower=$(printf '%s' "$entry" | tr 'A-Z' 'a-z')
-        grep -qi "^_*$entry\$" "$work/names" ||
+        grep -qi "^$entry\$" "$work/names" ||
             ! grep -qi "_\\\$\\\$_$entry\(\\\$\|\$\)" "$work/names" ||
             finding "$1$(line_of "$1" "function[ \\t]+$lower([^a-z0-9_]|\$)")" "$entry" \
                 "not exported; declare it in the interface with: cdecl; public name '$entry'"
@@ -71,11 +71,20 @@ check_extended() { # source object
     done <"$work/places"
 }
 
+# {$Q+}: the compiler checks, and calls the run-time library when it finds something.
+check_overflow() { # source object
+    "$NM" -l "$2" 2>/dev/null | awk -F'\t' '$1 ~ / U FPC_OVERFLOW$/ {print $2}' >"$work/places"
+    while read -r place; do
+        finding "${place:-$1}" '{$Q+}' 'overflow checks need a run-time library to report to; compare before you compute'
+    done <"$work/places"
+}
+
 while [ $# -ge 2 ]; do
     check_initial_values "$1" "$2"
     check_sections "$1" "$2"
     check_exports "$1" "$2"
-    [ "${TARGET:-elf64}" = pe32 ] || check_extended "$1" "$2"
+    check_overflow "$1" "$2"
+    check_extended "$1" "$2"
     shift 2
 done
 

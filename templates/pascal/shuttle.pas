@@ -30,13 +30,13 @@ const
   SHUTTLE_VERSION = 100; // 1.00
   INFO_SIZE = 160;
 
-  // The machine, in revolutions of the motor and seconds.
-  HOMING_SPEED = 1.0; // rev/s, towards the home switch
-  TRAVEL_SPEED = 8.0; // rev/s
-  ACCELERATION = 40.0; // rev/s2
-  STROKE_FROM = 1.0; // rev from the home switch
-  STROKE_TO = 6.0;
-  FAULT_PAUSE = 1.0; // s between a drive fault and the attempt to reset it
+  // The machine, in revolutions of the motor and seconds. Double(...): README.md says why.
+  HOMING_SPEED = Double(1.0); // rev/s, towards the home switch
+  TRAVEL_SPEED = Double(8.0); // rev/s
+  ACCELERATION = Double(40.0); // rev/s2
+  STROKE_FROM = Double(1.0); // rev from the home switch
+  STROKE_TO = Double(6.0);
+  FAULT_PAUSE = Double(1.0); // s between a drive fault and the attempt to reset it
   HOME_SWITCH = $04; // bit of SERVO.DigitalIn; CiA 402 object 0x60FD, bit 2
 
 type

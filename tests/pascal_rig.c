@@ -1,0 +1,210 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * pascal_rig.c - runs what Free Pascal compiled, without the harness: ELF by dlopen, PE32+ by mapping it.
+ *
+ *   pascal_rig probe   MODULE   offset and size of every member, C's and Pascal's; differences at the end
+ *   pascal_rig machine MODULE   drives the shuttle against an ideal carriage, prints every set-point's bits
+ */
+#include <dlfcn.h>
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/mman.h>
+
+#define TGM_HOST
+#include <tgm_plc.h>
+
+typedef __attribute__((ms_abi)) long ms_entry(void *);
+typedef long sysv_entry(void *);
+
+static uint8_t *image; /* PE: where it is mapped; ELF: NULL */
+static void *library;
+
+static uint32_t u32(const uint8_t *at)
+{
+    uint32_t value;
+    memcpy(&value, at, sizeof value);
+    return value;
+}
+
+/* Adds to every 64-bit address the distance between where the image is and where it was linked to be. */
+static void relocate(const uint8_t *optional)
+{
+    uint64_t linked, word;
+    const uint8_t *block = image + u32(optional + 112 + 5 * 8), *end = block + u32(optional + 112 + 5 * 8 + 4);
+
+    memcpy(&linked, optional + 24, 8);
+    for (; block < end; block += u32(block + 4))
+        for (uint32_t i = 8; i < u32(block + 4); i += 2) {
+            const uint32_t entry = block[i] | block[i + 1] << 8;
+            uint8_t *at = image + u32(block) + (entry & 0xfff);
+
+            if (entry >> 12 != 10) /* IMAGE_REL_BASED_DIR64 */
+                continue;
+            memcpy(&word, at, 8);
+            word += (uintptr_t)image - linked;
+            memcpy(at, &word, 8);
+        }
+}
+
+static void map_pe(const uint8_t *file)
+{
+    const uint8_t *pe = file + u32(file + 0x3c), *optional = pe + 24;
+    const unsigned sections = pe[6] | pe[7] << 8, optional_size = pe[20] | pe[21] << 8;
+
+    image = mmap(NULL, u32(optional + 56), PROT_READ | PROT_WRITE | PROT_EXEC, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    for (unsigned i = 0; i < sections; i++) {
+        const uint8_t *section = optional + optional_size + 40 * i;
+        uint32_t size = u32(section + 16) < u32(section + 8) ? u32(section + 16) : u32(section + 8);
+        memcpy(image + u32(section + 12), file + u32(section + 20), size);
+    }
+    relocate(optional);
+    memcpy(image, file, 0x400); /* headers, for entry() */
+}
+
+static void *entry(const char *name)
+{
+    if (image == NULL)
+        return dlsym(library, name);
+    const uint8_t *table = image + u32(image + u32(image + 0x3c) + 24 + 112);
+    const uint8_t *names = image + u32(table + 32), *ordinals = image + u32(table + 36), *code = image + u32(table + 28);
+    for (uint32_t i = 0; i < u32(table + 24); i++)
+        if (strcmp((const char *)image + u32(names + 4 * i), name) == 0)
+            return image + u32(code + 4 * (ordinals[2 * i] | ordinals[2 * i + 1] << 8));
+    return NULL;
+}
+
+static void load(const char *path)
+{
+    static uint8_t file[1 << 22];
+    FILE *stream = fopen(path, "rb");
+    if (stream == NULL || fread(file, 1, sizeof file, stream) < 64) {
+        printf("%s: cannot be read\n", path);
+        exit(2);
+    }
+    fclose(stream);
+    if (file[0] == 'M')
+        map_pe(file);
+    else if ((library = dlopen(path, RTLD_NOW)) == NULL)
+        puts(dlerror()), exit(2);
+}
+
+static int32_t call(const char *name, void *argument)
+{
+    void *function = entry(name);
+    if (function == NULL)
+        printf("%s: not exported\n", name), exit(2);
+    return (int32_t)(image ? ((ms_entry *)function)(argument) : ((sysv_entry *)function)(argument));
+}
+
+static const struct row {
+    const char *structure, *member;
+    uint32_t offset, size;
+} rows[] = {
+#define ROW(s, m) {#s, #m, offsetof(s, m), sizeof(((s *)0)->m)},
+#define END(s)    {#s, "@end", sizeof(s), sizeof(s)},
+#ifdef ROWS
+#include ROWS
+#else
+    {"", "", 0, 0},
+#endif
+};
+
+static int probe(void)
+{
+    const size_t count = sizeof rows / sizeof rows[0];
+    uint32_t *pascal = calloc(count + 1, 2 * sizeof *pascal);
+    int differences = 0;
+
+    call("pascal_probe", pascal);
+    for (size_t i = 0; i < count; i++) {
+        const struct row *c = &rows[i];
+        const int differs = pascal[2 * i] != c->offset || pascal[2 * i + 1] != c->size;
+        differences += differs;
+        if (differs)
+            printf("%s.%s: offset %u, size %u in C; %u, %u in Pascal\n", c->structure, c->member, c->offset, c->size,
+                   pascal[2 * i], pascal[2 * i + 1]);
+    }
+    printf("%zu rows, %d differ\n", count, differences);
+    return differences != 0;
+}
+
+#if TGM_GENERATION == 4
+static int32_t says(const tgm_wchar *text)
+{
+    while (*text)
+        putchar(*text++ & 0x7f);
+    return 0;
+}
+
+/* Numbers only, whatever the format: the rig checks values, tests/cli.sh checks formatting. */
+static __attribute__((ms_abi)) int32_t ms_print(const tgm_wchar *text) { return says(text); }
+static __attribute__((ms_abi)) int32_t ms_format(tgm_wchar *buffer, size_t size, const tgm_wchar *format, int a, int b, int c)
+{
+    memcpy(buffer, format, 8 * sizeof *format);
+    buffer[8] = 0;
+    printf("[%zu %d %d %d]", size, a, b, format[8] == '%' ? c : 0);
+    return 8;
+}
+static int32_t sysv_format(tgm_wchar *buffer, size_t size, const tgm_wchar *format, int a, int b, int c)
+{
+    return ms_format(buffer, size, format, a, b, c);
+}
+static void never(void)
+{
+    abort();
+}
+
+static int machine(void)
+{
+    static SYSTEM system;
+    static SERVO servo;
+    static DIO dio;
+    static double data[64];
+    PLC_DATA plc = {.structSize = sizeof plc, .PSystem_Memory = &system, .PServo_Memory = &servo,
+                    .PDio_Memory = &dio, .PData_Memory = data};
+    void *const print = image ? (void *)ms_print : (void *)says, *const format = image ? (void *)ms_format : (void *)sysv_format;
+
+    memcpy(&plc.functions.pRtWprintf_String, &print, sizeof print);
+    memcpy(&plc.functions.pswprintf, &format, sizeof format);
+    plc.functions.pRtWprintf_Long = (void *)never;
+    plc.functions.pSleepFt = (void *)never;
+    system.Header.Compatibility_Id = ID_COMPATIBILITY;
+    system.Header.Mem_Size_Data = sizeof data;
+    system.Main.Number_Servos = system.Main.Number_Dios = 1;
+    system.Main.Servo_SetCycleTime = 500;
+    servo.Resolution = 262144;
+    servo.Position = 300000.25;
+    printf("Program_Ini %d\n", call("Program_Ini", &plc));
+    for (int cycle = 0; cycle < 10000; cycle++) {
+        uint64_t bits[2];
+
+        servo.EtherCATState = dio.EtherCATState = cycle < 10 ? 4 : 8;
+        servo.Status = cycle == 7000 ? SERVO_FAULT : servo.Mode ? SERVO_READY_ENABLE : 2;
+        servo.DigitalIn = servo.Position < 1000.125 ? 4 : 0;
+        dio.In0 = cycle >> 4;
+        call("Program_04", &plc);
+        servo.Position = servo.Mode ? servo.WritePosition : servo.Position;
+        memcpy(bits, &servo.WritePosition, 8);
+        memcpy(bits + 1, &data[3], 8);
+        printf("%d %016" PRIx64 " %016" PRIx64 " %d %d %d\n", cycle, bits[0], bits[1], (int)servo.Mode, (int)servo.Control,
+               (int)dio.Out0);
+    }
+    fwrite(data, 8, 4, stdout);
+    return 0;
+}
+#else
+static int machine(void)
+{
+    return 2;
+}
+#endif
+
+int main(int argc, char **argv)
+{
+    if (argc != 3)
+        return 2;
+    load(argv[2]);
+    return strcmp(argv[1], "probe") == 0 ? probe() : machine();
+}
