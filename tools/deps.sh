@@ -19,6 +19,7 @@ build python3-pip    fetches SOEM's source archive by name
 build ca-certificates lets the fetch verify its source
 test  libcmocka-dev  unit tests
 test  clang          second compiler, sanitizers
+test  libclang-rt-dev run-time of the sanitizers
 test  llvm           names in sanitizer reports
 test  lld            second linker for modules
 test  fp-compiler    modules in Pascal
