@@ -63,6 +63,8 @@
 /* Wide characters of the module API are 16 bits, `long` of its prototypes is 32 bits. */
 #ifdef TGM_HOST
 typedef uint16_t tgm_wchar;
+#elif defined(TGM_TEXT8)
+typedef uint16_t tgm_wchar; /* the controller's text is UTF-8; UTF-16 is for register contents only */
 #else
 typedef wchar_t tgm_wchar;
 TGM_STATIC_ASSERT(sizeof(wchar_t) == 2, "compile with -fshort-wchar: TG Motion's text is UTF-16");
@@ -83,6 +85,8 @@ extern "C" {
  * valid as long as the module is loaded. Text ends with 0.
  */
 #if TGM_GENERATION == 4
+
+typedef tgm_wchar tgm_char; /* text of the module API */
 
 /* Writes text to the console of TG Motion. The result's meaning is not documented. */
 typedef int32_t TGM_CALL RTWPRINTF_STRING(const tgm_wchar *text);

@@ -36,11 +36,18 @@ functions='sqrt sin cos tan sincos asin acos atan atan2 sinh cosh tanh exp exp2 
     pow hypot cbrt fabs floor ceil round trunc rint lround llround fmod remainder remquo fmin fmax copysign
     scalbn ldexp frexp modf fma'
 helpers='__cos __sin __tan __rem_pio2 __rem_pio2_large __math_divzero __math_invalid __math_oflow __math_uflow
-    __math_xflow exp_data log_data log2_data pow_data sqrt_data __expo2'
+    __math_xflow exp_data log_data log2_data pow_data sqrt_data'
+
+# Intel, 32 bits: not the x87 unit. Windows sets it to 53 bits, where musl's general code expects 64 and gets
+# floor and sin wrong; and the host may call with a stack that is not aligned for SSE.
+macros=$(echo | "$compiler" "$@" -dM -E -x c -)
+case $macros in
+*"#define __i386__ "*) set -- "$@" -msse2 -mfpmath=sse -mstackrealign ;;
+esac
 
 # A file of the SDK goes before musl's for the machine, and that before the general one.
-machine=$(echo | "$compiler" "$@" -dM -E -x c - | sed -n \
-    's/^#define __x86_64__ .*/x86_64/p; s/^#define __aarch64__ .*/aarch64/p; s/^#define __arm__ .*/arm/p')
+machine=$(printf '%s\n' "$macros" | sed -n 's/^#define __x86_64__ .*/x86_64/p; s/^#define __aarch64__ .*/aarch64/p
+    s/^#define __arm__ .*/arm/p')
 source_of() {
     for candidate in "$sdk/src/math/$1.c" "$musl/src/math/$machine/$1.c" "$musl/src/math/$1.c"; do
         if [ -f "$candidate" ]; then
@@ -72,7 +79,7 @@ trap 'rm -rf "$work"' EXIT
     "$ar" rcsD libtgm_math.a ./*.o
     "$nm" -u ./*.o | sed -n 's/^ *[Uw] //p' | sort -u >undefined
     "$nm" --defined-only -g ./*.o | awk 'NF == 3 {print $3}' | sort -u >defined
-    comm -23 undefined defined | grep -vE '^_?_(aeabi_|GLOBAL_OFFSET_TABLE_|[a-z]+[sdtx]i[0-9]?$|[a-z]+[sdtx]f[0-9]?$)' >missing || true
+    comm -23 undefined defined | grep -vE '^_?_(aeabi_|GLOBAL_OFFSET_TABLE_|[a-z]+[sdtx][if][0-9]?$)' >missing || true
     "$objdump" -h ./*.o | awk '$2 ~ /^\.(data|bss|tdata|tbss)/ && $3 !~ /^0+$/ {print $2}' | sort -u >writable
 )
 if [ -s "$work/missing" ] || [ -s "$work/writable" ]; then

@@ -54,7 +54,7 @@ TGM_FLAGS := -O2 -g -ffreestanding -fno-stack-protector -ffunction-sections -fda
 TGM_CFLAGS   := -std=c11 $(TGM_FLAGS)
 TGM_CXXFLAGS := -std=c++17 -fno-exceptions -fno-rtti -fno-threadsafe-statics -fno-use-cxa-atexit $(TGM_FLAGS) \
     $(if $(filter elf64 tgmmini,$(TARGET)),-fvisibility-inlines-hidden)
-TGM_SDK_SOURCES := mem.c $(tgm_sources) $(if $(filter %.cpp,$(SOURCES)),cxx.cpp)
+TGM_SDK_SOURCES := mem.c text16.c text8.c number.c motion.c move.c start.c $(tgm_sources) $(if $(filter %.cpp,$(SOURCES)),cxx.cpp)
 TGM_SDK_CFLAGS  := -fno-builtin $(if $(findstring clang,$(tgm_cc)),,-fno-tree-loop-distribute-patterns)
 
 tgm_objects     := $(addprefix $(BUILD)/obj/,$(addsuffix .o,$(basename $(SOURCES))))

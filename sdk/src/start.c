@@ -5,20 +5,6 @@
 
 #define LINE_SIZE 120
 
-#ifdef TGM_TEXT8
-typedef char line_char;
-typedef struct tgm_text8 line_text;
-#define line_init     tgm_text8_init
-#define line_utf8     tgm_text8_utf8
-#define line_unsigned tgm_text8_unsigned
-#else
-typedef tgm_wchar line_char;
-typedef struct tgm_text16 line_text;
-#define line_init     tgm_text16_init
-#define line_utf8     tgm_text16_utf8
-#define line_unsigned tgm_text16_unsigned
-#endif
-
 #if TGM_GENERATION == 4
 
 /* The manual of generation 4 asks for the compatibility id alone. */
@@ -34,7 +20,7 @@ static int functions_are_there(const PLC_IMPORT_FUNCTIONS *f)
     return f->pRtWprintf_String != NULL && f->pRtWprintf_Long != NULL && f->pswprintf != NULL && f->pSleepFt != NULL;
 }
 
-static void print(const PLC_DATA *pData, const line_char *line)
+static void print(const PLC_DATA *pData, const tgm_char *line)
 {
     pData->functions.pRtWprintf_String(line);
 }
@@ -54,7 +40,7 @@ static int functions_are_there(const PLC_IMPORT_FUNCTIONS *f)
     return f->pRtWprintf_String_Severity != NULL && f->pSleepFt != NULL;
 }
 
-static void print(const PLC_DATA *pData, const line_char *line)
+static void print(const PLC_DATA *pData, const tgm_char *line)
 {
     pData->functions.pRtWprintf_String_Severity(ODS_ID_PLC | ODS_SEVERITY_ERROR_02 << SEVERITY_SHIFT, line);
 }
@@ -81,17 +67,17 @@ enum tgm_start tgm_start_reason(const PLC_DATA *pData)
 
 static void report(const PLC_DATA *pData, const char *kind, uint32_t own, uint32_t found)
 {
-    line_char line[LINE_SIZE];
-    line_text t;
+    tgm_char line[LINE_SIZE];
+    tgm_text t;
 
-    line_init(&t, line, LINE_SIZE);
-    line_utf8(&t, "PLC not started: compiled for TG Motion ");
-    line_utf8(&t, kind);
-    line_utf8(&t, " id ");
-    line_unsigned(&t, own, 0, ' ');
-    line_utf8(&t, ", running is ");
-    line_unsigned(&t, found, 0, ' ');
-    line_utf8(&t, "\n");
+    tgm_text_init(&t, line, LINE_SIZE);
+    tgm_text_utf8(&t, "PLC not started: compiled for TG Motion ");
+    tgm_text_utf8(&t, kind);
+    tgm_text_utf8(&t, " id ");
+    tgm_text_unsigned(&t, own, 0, ' ');
+    tgm_text_utf8(&t, ", running is ");
+    tgm_text_unsigned(&t, found, 0, ' ');
+    tgm_text_utf8(&t, "\n");
     print(pData, line);
 }
 

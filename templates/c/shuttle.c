@@ -10,9 +10,11 @@
  * Every function keeps the order the manual asks for: read inputs, compute, write outputs.
  */
 #include <tgm_plc.h>
+#include <tgm/start.h>
+#include <tgm/text.h>
 
 #define SHUTTLE_VERSION 100 /* 1.00 */
-#define INFO_SIZE       160
+#define LINE_SIZE       80
 
 /* The machine, in revolutions of the motor and seconds. */
 #define HOMING_SPEED 1.0  /* rev/s, towards the home switch */
@@ -22,6 +24,25 @@
 #define STROKE_TO    6.0
 #define FAULT_PAUSE  1.0  /* s between a drive fault and the attempt to reset it */
 #define HOME_SWITCH  0x04u /* bit of SERVO.DigitalIn; CiA 402 object 0x60FD, bit 2 */
+
+/* What differs between the generations of TG Motion: names, the words of an I/O unit, the console. */
+#if TGM_GENERATION == 4
+#define SYSTEM_OF(pData) ((SYSTEM *)(pData)->PSystem_Memory)
+#define SERVO_OF(pData)  ((SERVO *)(pData)->PServo_Memory)
+#define DIO_OF(pData)    ((DIO *)(pData)->PDio_Memory)
+#define DATA_OF(pData)   ((pData)->PData_Memory)
+#define INPUTS(dio)      ((dio)->In0)  /* the first octet */
+#define OUTPUTS(dio)     ((dio)->Out0)
+#define SAY(pData, text) ((pData)->functions.pRtWprintf_String(text))
+#else
+#define SYSTEM_OF(pData) ((pData)->pSystem_Memory)
+#define SERVO_OF(pData)  ((pData)->pServo_Memory)
+#define DIO_OF(pData)    ((pData)->pDio_Memory)
+#define DATA_OF(pData)   ((pData)->pData_Memory)
+#define INPUTS(dio)      ((dio)->In[0]) /* the first 32 inputs */
+#define OUTPUTS(dio)     ((dio)->Out[0])
+#define SAY(pData, text) ((pData)->functions.pRtWprintf_String_Severity(ODS_ID_PLC, text))
+#endif
 
 enum state { WAIT_FOR_BUS, ENABLE, HOMING, HOMING_STOP, MOVING, FAULT };
 
@@ -58,7 +79,7 @@ static struct {
     uint32_t strokes;
     uint32_t faults;
     uint32_t told; /* state last reported by Program_01 */
-    wchar_t info[INFO_SIZE];
+    tgm_char line[LINE_SIZE];
 } plc;
 
 /* One step of a trapezoidal profile: the fastest speed from which it can still stop at the target. */
@@ -81,63 +102,69 @@ static void profile_step(struct profile *p, double target, double top_speed, dou
     p->position += wanted * cycle;
 }
 
-static const wchar_t *state_name(uint32_t state)
+static const char *state_name(uint32_t state)
 {
     switch (state) {
-    case WAIT_FOR_BUS: return L"waiting for EtherCAT";
-    case ENABLE: return L"enabling the servo";
-    case HOMING: return L"looking for the home switch";
-    case HOMING_STOP: return L"home switch found";
-    case MOVING: return L"moving";
-    default: return L"drive fault";
+    case WAIT_FOR_BUS: return "waiting for EtherCAT";
+    case ENABLE: return "enabling the servo";
+    case HOMING: return "looking for the home switch";
+    case HOMING_STOP: return "home switch found";
+    case MOVING: return "moving";
+    default: return "drive fault";
     }
 }
 
-/* The checks the manual advises, in its order. */
-static int conditions_are_met(PLC_DATA *pData)
+/* "shuttle: moving": begins a line of the console in plc.line. */
+static void line_begin(tgm_text *text, const char *begin)
 {
-    if (pData == NULL || pData->structSize != sizeof(PLC_DATA))
-        return 0;
-    if (pData->functions.pRtWprintf_Long == NULL || pData->functions.pRtWprintf_String == NULL ||
-        pData->functions.pswprintf == NULL || pData->functions.pSleepFt == NULL)
-        return 0;
+    tgm_text_init(text, plc.line, LINE_SIZE);
+    tgm_text_utf8(text, begin);
+}
 
-    const SYSTEM *system = pData->PSystem_Memory;
-    if (system->Header.Compatibility_Id != ID_COMPATIBILITY) {
-        pData->functions.pswprintf(plc.info, INFO_SIZE,
-                                   L"shuttle: not started: made for compatibility id %d, TG Motion has %d\n",
-                                   ID_COMPATIBILITY, (int)system->Header.Compatibility_Id);
-        pData->functions.pRtWprintf_String(plc.info);
-        return 0;
-    }
-    if (system->Main.Number_Servos < 1 || system->Main.Number_Dios < 1 ||
-        system->Header.Mem_Size_Data < sizeof(struct shuttle_status)) {
-        pData->functions.pRtWprintf_String(L"shuttle: not started: one servo and one I/O unit are needed\n");
-        return 0;
-    }
-    return 1;
+static void line_say(PLC_DATA *pData, tgm_text *text)
+{
+    tgm_text_utf8(text, "\n");
+    SAY(pData, plc.line);
+}
+
+/* What this machine needs beyond the checks that the manual advises (tgm_check_start). */
+static int machine_is_there(PLC_DATA *pData)
+{
+    const SYSTEM *system = SYSTEM_OF(pData);
+    tgm_text text;
+    if (system->Main.Number_Servos >= 1 && system->Main.Number_Dios >= 1 &&
+        system->Header.Mem_Size_Data >= sizeof(struct shuttle_status))
+        return 1;
+    line_begin(&text, "shuttle: not started: one servo and one I/O unit are needed");
+    line_say(pData, &text);
+    return 0;
 }
 
 long Program_Ini(PLC_DATA *pData)
 {
-    if (!conditions_are_met(pData))
+    tgm_text text;
+    if (!tgm_check_start(pData) || !machine_is_there(pData))
         return 0;
 
     memset(&plc, 0, sizeof plc);
-    plc.system = pData->PSystem_Memory;
-    plc.servo = pData->PServo_Memory;
-    plc.dio = pData->PDio_Memory;
-    plc.status = pData->PData_Memory;
+    plc.system = SYSTEM_OF(pData);
+    plc.servo = SERVO_OF(pData);
+    plc.dio = DIO_OF(pData);
+    plc.status = DATA_OF(pData);
     plc.cycle = plc.system->Main.Servo_SetCycleTime * 1e-6;
     plc.rev = plc.servo->Resolution;
     plc.state = WAIT_FOR_BUS;
     plc.told = ~0u;
     plc.status->version = SHUTTLE_VERSION;
 
-    pData->functions.pswprintf(plc.info, INFO_SIZE, L"shuttle %d.%02d started, cycle %d us\n",
-                               SHUTTLE_VERSION / 100, SHUTTLE_VERSION % 100,
-                               (int)plc.system->Main.Servo_SetCycleTime);
-    pData->functions.pRtWprintf_String(plc.info);
+    line_begin(&text, "shuttle ");
+    tgm_text_unsigned(&text, SHUTTLE_VERSION / 100, 0, ' ');
+    tgm_text_utf8(&text, ".");
+    tgm_text_unsigned(&text, SHUTTLE_VERSION % 100, 2, '0');
+    tgm_text_utf8(&text, " started, cycle ");
+    tgm_text_unsigned(&text, plc.system->Main.Servo_SetCycleTime, 0, ' ');
+    tgm_text_utf8(&text, " us");
+    line_say(pData, &text);
     return 1;
 }
 
@@ -146,9 +173,11 @@ long Program_01(PLC_DATA *pData)
 {
     const uint32_t state = plc.status->state;
     if (state != plc.told) {
+        tgm_text text;
         plc.told = state;
-        pData->functions.pswprintf(plc.info, INFO_SIZE, L"shuttle: %ls\n", state_name(state));
-        pData->functions.pRtWprintf_String(plc.info);
+        line_begin(&text, "shuttle: ");
+        tgm_text_utf8(&text, state_name(state));
+        line_say(pData, &text);
     }
     return 1;
 }
@@ -180,7 +209,7 @@ static struct inputs read_inputs(void)
         .fault = plc.servo->Status == SERVO_FAULT,
         .home_switch = (plc.servo->DigitalIn & HOME_SWITCH) != 0,
         .position = plc.servo->Position,
-        .in = plc.dio->In0,
+        .in = (int32_t)INPUTS(plc.dio),
     };
     return in;
 }
@@ -263,7 +292,7 @@ static void write_outputs(const struct inputs *in)
     plc.servo->Mode = run ? SERVO_MODE_POSITION : SERVO_MODE_OFF;
     plc.servo->Control = reset ? SERVO_RESET_FAULT_BIT0 : 0;
     plc.servo->WritePosition = plc.profile.position;
-    plc.dio->Out0 = in->in & 1;
+    OUTPUTS(plc.dio) = in->in & 1;
 
     plc.status->state = plc.state;
     plc.status->strokes = plc.strokes;

@@ -3,8 +3,9 @@
  * math.h - mathematical functions of a module: sin, sqrt, pow and their kind, without a C library.
  *
  * The functions have their ISO C names and meanings. Their code is that of musl, a C library under the
- * MIT licence, and where musl errs by more than one unit in the last place, the SDK's own; it is built
- * for the module's target by sdk/mk/math.sh into libtgm_math.a, from which the linker takes what is used:
+ * MIT licence, and for the four in which musl errs by more than one unit in the last place (atan2, sinh,
+ * cosh, tanh) the SDK's own. sdk/mk/math.sh builds it for the module's target into libtgm_math.a, from
+ * which the linker takes what is used:
  *
  *     MATH := yes             in the module's Makefile, before the include of module.mk
  *     #include <tgm/math.h>
@@ -12,8 +13,9 @@
  * Including <math.h> as well, before or after, does no harm: the declarations agree.
  *
  * Common to all:
- * - Accuracy: the result is less than 1 ulp (unit in the last place) from the exact one, in every function
- *   and over its whole range, measured against MPFR by tests/math_accuracy.c; exact where marked so.
+ * - Accuracy: less than 1 ulp (unit in the last place) from the exact result at each of the million points
+ *   per function, over its whole range, at which tests/math_accuracy.c compares it with MPFR; exact where
+ *   marked so. No proof for the points between them.
  * - No state: no errno, no thread-local storage, no writable data; any of the six functions may call
  *   them at any time, also while another was interrupted inside the same function.
  * - Bad arguments give what ISO C annex F says: a NaN (sqrt(-1), log(-1), acos(2), fmod(x, 0)), an infinity

@@ -63,8 +63,8 @@ struct tgm_text8 {
 void tgm_text16_init(struct tgm_text16 *t, tgm_wchar *buffer, size_t capacity);
 void tgm_text8_init(struct tgm_text8 *t, char *buffer, size_t capacity);
 
-/* Appends a UTF-16 string up to its 0, or at most max units of it (a field that may lack the 0, such as
- * SERVO names). An unpaired surrogate becomes U+FFFD. NULL is an empty string. The string must
+/* Appends a UTF-16 string up to its 0, or at most max units of it (for a field of fixed size that may lack
+ * the 0, such as MAIN.PLC_Name). An unpaired surrogate becomes U+FFFD. NULL is an empty string. The string must
  * not lie in the buffer. */
 int tgm_text16_utf16(struct tgm_text16 *t, const tgm_wchar *string);
 int tgm_text16_utf16_max(struct tgm_text16 *t, const tgm_wchar *string, size_t max);
@@ -115,6 +115,31 @@ int tgm_text8_fixed(struct tgm_text8 *t, double value, unsigned decimals, unsign
 /* Appends ' ' until the text is `column` units (bytes) long, to align what follows; longer text stays. */
 int tgm_text16_column(struct tgm_text16 *t, size_t column);
 int tgm_text8_column(struct tgm_text8 *t, size_t column);
+
+/* Text of the module API: the builder for the tgm_char of tgm_plc.h. */
+#ifdef TGM_TEXT8
+typedef struct tgm_text8 tgm_text;
+#define tgm_text_init      tgm_text8_init
+#define tgm_text_utf8      tgm_text8_utf8
+#define tgm_text_utf16     tgm_text8_utf16
+#define tgm_text_character tgm_text8_character
+#define tgm_text_signed    tgm_text8_signed
+#define tgm_text_unsigned  tgm_text8_unsigned
+#define tgm_text_hex       tgm_text8_hex
+#define tgm_text_fixed     tgm_text8_fixed
+#define tgm_text_column    tgm_text8_column
+#else
+typedef struct tgm_text16 tgm_text;
+#define tgm_text_init      tgm_text16_init
+#define tgm_text_utf8      tgm_text16_utf8
+#define tgm_text_utf16     tgm_text16_utf16
+#define tgm_text_character tgm_text16_character
+#define tgm_text_signed    tgm_text16_signed
+#define tgm_text_unsigned  tgm_text16_unsigned
+#define tgm_text_hex       tgm_text16_hex
+#define tgm_text_fixed     tgm_text16_fixed
+#define tgm_text_column    tgm_text16_column
+#endif
 
 #ifdef __cplusplus
 }
