@@ -23,15 +23,16 @@ LIBS    := -lelf -ldw -lsodium -lseccomp -ljansson -lm
 
 # --- sources -------------------------------------------------------------------------------------
 
-IMAGE_SRC := image.c elf.c elf_header.c elf_segments.c elf_dynamic.c elf_hash.c elf_symbols.c elf_symtab.c elf_lookup.c \
-    elf_relocs.c elf_initialisers.c lines.c lines_extract.c
+IMAGE_SRC := image.c image_sort.c image_text.c elf.c elf_kinds.c elf_header.c elf_segments.c elf_dynamic.c elf_hash.c \
+    elf_symbols.c elf_symtab.c elf_lookup.c elf_relocs.c elf_initialisers.c pe.c pe_headers.c pe_sections.c pe_exports.c \
+    pe_imports.c pe_relocs.c pe_initialisers.c pe_symbols.c pe_debug.c flat.c lines.c lines_extract.c
 MACHINE_SRC := load.c poison.c regions.c call.c fault.c attribute.c watchdog.c sandbox.c filter.c confine.c worker.c
 BUS_SRC := client.c client_cycle.c client_map.c segment.c slave.c registers.c sii.c syncman.c fmmu.c al.c dc.c \
     watchdog.c mailbox.c coe.c coe_info.c od.c pdo.c cia402.c axis.c devices.c dev_drive.c drive.c drive_cyclic.c drive_homing.c drive_od.c drive_profile.c dev_dio.c \
     port/clock.c port/port.c
 HOST_SRC := product.c schedule.c catalogue.c text16.c evidence.c memories.c services.c servo.c dio.c host.c experiment.c
 REPORT_SRC := text.c json.c
-CLI_SRC := main.c options.c output.c check.c run.c rules.c new.c
+CLI_SRC := main.c options.c output.c check.c run.c inspect.c inspect_text.c inspect_json.c rules.c new.c registers.c
 CONFORMANCE_SRC := profile.c rules.c findings.c incidents.c rules_file.c rules_start.c rules_cycle.c check.c
 SOEM_SRC := ethercatbase.c ethercatcoe.c ethercatconfig.c ethercatdc.c ethercatmain.c ethercatprint.c ethercatsoe.c
 
@@ -65,6 +66,16 @@ template-linked:
 run: $(BUILD)/tgm template-linked ## run the template's module for two seconds of machine time
 	$(Q)$(BUILD)/tgm run $(RUN_FLAGS) $(MODULE)
 
+TEMPLATE_TARGETS := elf64 pe64 pe32 tgmmini tgmcontroller tgzmotion
+.PHONY: templates
+templates: $(BUILD)/tgm | $(BUILD)/.deps-test ## build every template for every target it has
+	$(Q)for target in $(TEMPLATE_TARGETS); do for lang in c cpp; do \
+	    $(MAKE) --no-print-directory -C templates/$$lang TARGET=$$target BUILD=$(abspath $(BUILD))/templates/$$lang-$$target || exit 1; \
+	done; done
+	$(Q)for target in elf64 pe64; do \
+	    $(MAKE) --no-print-directory -C templates/pascal TARGET=$$target BUILD=$(abspath $(BUILD))/templates/pascal-$$target || exit 1; \
+	done
+
 .PHONY: test
 test: | $(BUILD)/.deps-test ## every test; under 10 minutes on two cores
 	$(Q)MAKE=$(MAKE) tests/run.sh
@@ -74,6 +85,14 @@ bench: $(BUILD)/tgm $(BUILD)/test/bench $(BUILD)/test/bench_bus template-linked 
 	$(Q)$(BUILD)/test/bench $(BUILD)/template/shuttle.tgm
 	$(Q)$(BUILD)/test/bench_bus
 
+FUZZ_SECONDS ?= 300
+FUZZERS := fuzz_image fuzz_text
+.PHONY: fuzz
+fuzz: $(addprefix $(BUILD)/fuzz/,$(FUZZERS)) ## fuzz the readers of module files and the SDK's text for FUZZ_SECONDS each (default 300)
+	$(Q)for fuzzer in $(FUZZERS); do mkdir -p $(BUILD)/fuzz/corpus-$$fuzzer; \
+	    $(BUILD)/fuzz/$$fuzzer -max_total_time=$(FUZZ_SECONDS) -artifact_prefix=$(BUILD)/fuzz/$$fuzzer- \
+	    $(BUILD)/fuzz/corpus-$$fuzzer || exit 1; done
+
 .PHONY: layouts
 layouts: ## regenerate what follows from sdk/layout/
 	$(Q)tools/layout.py
@@ -82,13 +101,14 @@ layouts: ## regenerate what follows from sdk/layout/
 deps: $(BUILD)/.deps ## install missing Debian packages, saying what and why
 
 .PHONY: fetch
-fetch: third_party/soem/.from ## fetch SOEM's source, pinned by hash
+fetch: third_party/soem/.from third_party/musl/.from ## fetch SOEM's and musl's sources, pinned by hash
 
 .PHONY: install
-install: $(BUILD)/tgm ## install the program and the SDK under PREFIX (default /usr/local)
-	install -d $(DESTDIR)$(PREFIX)/bin $(DESTDIR)$(PREFIX)/share/tgm
+install: $(BUILD)/tgm third_party/musl/.from ## install the program and the SDK under PREFIX (default /usr/local)
+	install -d $(DESTDIR)$(PREFIX)/bin $(DESTDIR)$(PREFIX)/share/tgm/third_party
 	install -m 755 $(BUILD)/tgm $(DESTDIR)$(PREFIX)/bin/tgm
 	cp -R sdk templates $(DESTDIR)$(PREFIX)/share/tgm/
+	cp -R third_party/musl $(DESTDIR)$(PREFIX)/share/tgm/third_party/
 	rm -rf $(DESTDIR)$(PREFIX)/share/tgm/templates/*/build
 	install -m 644 LICENSE $(DESTDIR)$(PREFIX)/share/tgm/
 
@@ -117,6 +137,10 @@ third_party/soem/.from: third_party/soem.lock third_party/fetch.sh | $(BUILD)/.d
 	@third_party/fetch.sh
 	@touch $@
 
+third_party/musl/.from: third_party/musl.lock third_party/fetch.sh | $(BUILD)/.deps
+	@third_party/fetch.sh musl
+	@touch $@
+
 $(BUILD)/tgm: $(CLI_OBJ) $(ROOM_OBJ)
 	@echo "  LINK   $@"
 	$(Q)$(CC) $(OPT) $(CFLAGS) -o $@ $^ $(LDFLAGS) $(LIBS)
@@ -140,6 +164,18 @@ $(BUILD)/obj/%.o: %.S | $(BUILD)/.deps
 	@mkdir -p $(@D)
 	@echo "  AS     $<"
 	$(Q)$(CC) $(INCLUDE) -MMD -MP $(CFLAGS) -c -o $@ $<
+
+FUZZ_CC := clang -std=gnu11 -g -O1 $(INCLUDE) -fsanitize=fuzzer,address,undefined -fno-sanitize-recover=all
+
+$(BUILD)/fuzz/fuzz_image: tests/fuzz_image.c tests/image_support.c tests/image_support_pe.c $(addprefix harness/image/,$(IMAGE_SRC)) | $(BUILD)/.deps-test
+	@mkdir -p $(@D)
+	@echo "  FUZZ   $@"
+	$(Q)$(FUZZ_CC) -o $@ $(filter %.c,$^) $(LIBS)
+
+$(BUILD)/fuzz/fuzz_text: tests/fuzz_text.c sdk/src/number.c sdk/src/text16.c sdk/src/text8.c | $(BUILD)/.deps-test
+	@mkdir -p $(@D)
+	@echo "  FUZZ   $@"
+	$(Q)$(FUZZ_CC) -DTGM_HOST -o $@ $(filter %.c,$^) -lm
 
 -include tests/tests.mk
 -include $(filter-out $(BUILD)/obj/soem/%,$(ROOM_OBJ:.o=.d)) $(CLI_OBJ:.o=.d)

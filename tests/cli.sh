@@ -141,6 +141,12 @@ run "$tgm" explain no-fault
 expect "explain" 0 "No function faults"
 run "$tgm" rules
 expect "rules" 0 "export-names" "no-stray-write"
+run "$tgm" registers writepos
+expect "registers by a part of the name" 0 "SERVO[n].WritePosition" "464" "inc"
+run "$tgm" registers TGM_Servo+2520
+expect "registers by offset, in any element" 0 "SERVO[n].Position" "472"
+run "$tgm" registers nothing-like-it
+expect "no such register to list" 2 "TGM_Servo+472"
 run "$tgm" check --help
 expect "help" 0 "--json FILE"
 

@@ -2,14 +2,16 @@
 /*
  * fuzz_image.c - any bytes at all: whatever comes out keeps the promises of image.h.
  *
- * Needs no corpus: the mutator starts from the complete little module of image_support.h. Real
- * modules as seeds help all the same.
+ * Needs no corpus: the mutator starts from the complete little modules of image_support.h and
+ * image_support_pe.h. Real modules as seeds help all the same; Arm has no others. What has no magic
+ * number is called .bin, so that it may be a flat image.
  */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "image_support.h"
+#include "image_support_pe.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 size_t LLVMFuzzerCustomMutator(uint8_t *data, size_t size, size_t max_size, unsigned int seed);
@@ -29,7 +31,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
     struct image *image;
     char why[IMAGE_WHY];
-    if (image_open_memory(&image, "fuzz", data, size, why) != 0)
+    bool magic = size >= 2 && (memcmp(data, "MZ", 2) == 0 || memcmp(data, "\177E", 2) == 0);
+    if (image_open_memory(&image, magic ? "fuzz" : "fuzz.bin", data, size, why) != 0)
         return 0;
     const char *broken = image_broken_promise(image);
     if (broken != NULL) {
@@ -44,7 +47,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     return 0;
 }
 
-/* Values that are interesting where an ELF file keeps an address, an offset, a size or a count. */
+/* Values that are interesting where a file keeps an address, an offset, a size or a count. */
 static uint64_t interesting(uint64_t old, size_t size, unsigned int choice)
 {
     const uint64_t values[] = { 0,          1,        7,          8,        0xfff,
@@ -67,15 +70,27 @@ static void change_field(uint8_t *data, size_t size, unsigned int seed)
     memcpy(data + at, &value, width);
 }
 
+static size_t start_anew(uint8_t *data, size_t size, size_t max_size, unsigned int choice)
+{
+    static struct tiny tiny;
+    static struct tiny_pe pe;
+    if (max_size < sizeof tiny || max_size < TINY_PE_SIZE)
+        return size;
+    if (choice % 3 == 0) {
+        tiny_init(&tiny);
+        memcpy(data, &tiny, sizeof tiny);
+        return sizeof tiny;
+    }
+    tiny_pe_init(&pe, choice % 3 == 1);
+    memcpy(data, pe.bytes, TINY_PE_SIZE);
+    return TINY_PE_SIZE;
+}
+
 size_t LLVMFuzzerCustomMutator(uint8_t *data, size_t size, size_t max_size, unsigned int seed)
 {
     seed *= 2654435761u;
-    if (max_size >= sizeof(struct tiny) && (size < 64 || seed % 64 == 0)) {
-        struct tiny tiny;
-        tiny_init(&tiny);
-        memcpy(data, &tiny, sizeof tiny);
-        size = sizeof tiny;
-    }
+    if (size < 64 || seed % 64 == 0)
+        size = start_anew(data, size, max_size, seed >> 8);
     if (seed % 4 == 1)
         return LLVMFuzzerMutate(data, size, max_size);
     change_field(data, size, seed);

@@ -298,23 +298,27 @@ static const char *broken_segment(const struct image *image)
         return "bad hull";
     if (image->align < 4096 || (image->align & (image->align - 1)) != 0)
         return "bad alignment";
+    if (image->has_entry_point && image_segment_at(image, image->entry_point, 1) == NULL)
+        return "entry point outside every segment";
     return image->relro_begin > image->relro_end || image->relro_end > image->span_end ? "bad RELRO"
                                                                                        : NULL;
 }
 
-static bool owned(const struct image *image, const char *text)
+/* Ends within the longest name that there can be; where it does not belong to the image, a checking
+ * allocator sees the read. */
+static bool readable(const char *text)
 {
-    const char *bytes = (const char *)image->bytes;
-    return text >= bytes && text < bytes + image->size &&
-           memchr(text, '\0', (size_t)(bytes + image->size - text)) != NULL;
+    return text != NULL && strnlen(text, 2 * 1024 + 2) <= 2 * 1024 + 1;
 }
 
 static const char *broken_symbol(const struct image *image)
 {
     for (size_t i = 0; i < image->symbol_count; i++) {
         const struct image_symbol *s = &image->symbols[i];
-        if (!owned(image, s->name) || s->name[0] == '\0')
+        if (!readable(s->name) || s->name[0] == '\0')
             return "symbol name outside the file";
+        if (s->forwarder != NULL && (!readable(s->forwarder) || !s->exported || s->executable))
+            return "forwarder that is a place";
         const struct image_segment *segment = image_segment_at(image, s->vaddr, 1);
         if (s->executable && (segment == NULL || (segment->perm & IMAGE_EXEC) == 0))
             return "symbol is not executable";
@@ -325,7 +329,7 @@ static const char *broken_symbol(const struct image *image)
             return "symbols are not sorted";
     }
     for (size_t i = 0; i < image->import_count; i++) {
-        if (!owned(image, image->imports[i].name))
+        if (!readable(image->imports[i].name))
             return "import name outside the file";
     }
     return NULL;
@@ -335,13 +339,13 @@ static const char *broken_reloc(const struct image *image)
 {
     for (size_t i = 0; i < image->reloc_count; i++) {
         const struct image_reloc *r = &image->relocs[i];
-        uint64_t width = r->kind == IMAGE_RELOC_RELATIVE ? 8 : 1;
-        if (image_segment_at(image, r->vaddr, width) == NULL)
+        if (r->width > 16 || (r->kind == IMAGE_RELOC_RELATIVE && r->width == 0))
+            return "relocation of no width";
+        if (image_segment_at(image, r->vaddr, r->width != 0 ? r->width : 1) == NULL)
             return "relocation outside every segment";
-        if (r->type_name == NULL || (r->symbol != NULL && !owned(image, r->symbol)))
+        if (r->type_name == NULL || (r->symbol != NULL && !readable(r->symbol)))
             return "relocation without a name";
-        if (i > 0 && (r[-1].vaddr >= r->vaddr ||
-                      (r[-1].kind == IMAGE_RELOC_RELATIVE && r->vaddr - r[-1].vaddr < 8)))
+        if (i > 0 && (r[-1].vaddr >= r->vaddr || r->vaddr - r[-1].vaddr < r[-1].width))
             return "relocations overlap";
     }
     for (size_t i = 0; i < image->initialiser_count; i++) {

@@ -41,7 +41,7 @@ units() { # build folder
 }
 
 san='-fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer'
-step "build with gcc" "$MAKE" -j"$jobs" all test-programs template-linked
+step "build with gcc" "$MAKE" -j"$jobs" all test-programs template-linked build/test/math_accuracy
 step "house rules" sh tests/lint.sh
 step "unit tests and every rule's fixtures, gcc" units build
 step "build with clang" "$MAKE" -j"$jobs" BUILD=build/clang CC=clang all test-programs
@@ -49,7 +49,11 @@ step "unit tests and every rule's fixtures, clang" units build/clang
 step "build with sanitizers" "$MAKE" -j"$jobs" BUILD=build/san CC=clang OPT='-O1 -g' CFLAGS="$san" all test-programs
 step "unit tests under address and undefined sanitizers" units build/san
 step "SDK: what it refuses and how it says so" sh tests/sdk.sh
+step "SDK: support library in real modules" sh tests/sdk_support.sh
+step "SDK: mathematics against a high-precision reference" build/test/math_accuracy 100000
 step "Pascal: template, layouts, what is refused" sh tests/pascal.sh
+step "tgm new: projects that pass untouched" sh tests/new.sh
+step "what is inside a module: tgm inspect" sh tests/inspect.sh
 step "the program from the outside" sh tests/cli.sh
 
 echo

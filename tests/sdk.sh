@@ -80,6 +80,7 @@ long Program_Ini(PLC_DATA *pData)
     return pHeader->Compatibility_Id == ID_COMPATIBILITY;
 }
 EOF
+printf '#include <tgm_plc.h>\n' >"$work/alone5.c"
 for compiler in "gcc -std=c11" "gcc -std=c17" "clang -std=c11" "clang -std=c17" "gcc -x c++ -std=c++17" "clang -x c++ -std=c++17" \
     "clang -target i686-pc-windows-msvc -std=c11 -fms-extensions" "clang -target armv7a-none-eabi -std=c11"; do
     # shellcheck disable=SC2086
@@ -89,6 +90,106 @@ for compiler in "gcc -std=c11" "gcc -std=c17" "clang -std=c11" "clang -std=c17" 
 done
 run gcc -std=c11 -fsyntax-only -I sdk/include "$work/alone.c"
 expect "without -fshort-wchar the header says what to do" 1 "compile with -fshort-wchar"
+# Sources in the manual's idiom, unchanged.
+cat >"$work/idiom.c" <<'EOF'
+#include <tgm_plc.h>
+#define SIZE_INFO 100
+static wchar_t info[SIZE_INFO];
+static HEADER *pHeader;
+long Program_Ini(PLC_DATA *pData)
+{
+    if (pData == NULL || pData->structSize != sizeof(PLC_DATA)) return 0;
+    if (pData->functions.pRtWprintf_Long == NULL) return 0;
+    if (pData->functions.pRtWprintf_String == NULL) return 0;
+    if (pData->functions.pswprintf == NULL) return 0;
+    if (pData->functions.pSleepFt == NULL) return 0;
+    pHeader = (HEADER *)pData->PSystem_Memory;
+    if (pHeader->Compatibility_Id != ID_COMPATIBILITY)
+    {
+        pData->functions.pswprintf(info, SIZE_INFO, L"PLC id = %d TGM id = %d\n", ID_COMPATIBILITY, pHeader->Compatibility_Id);
+        pData->functions.pRtWprintf_String(info);
+        return 0;
+    }
+    return 1;
+}
+long Program_02(PLC_DATA *pData)
+{
+    pData->functions.pRtWprintf_Long(L"%d\n", 5);
+    return 1;
+}
+EOF
+cat >"$work/names.c" <<'EOF'
+#include <tgm_plc.h>
+static LPCWSTR text = L"waiting\n";
+static int _cdecl helper(PUCHAR bytes, ULONG count) { return count > 0 ? bytes[0] : FALSE; }
+long Program_01(PLC_DATA *pData)
+{
+    LARGE_INTEGER pause;
+    PLARGE_INTEGER p = &pause;
+    UCHAR byte = 1;
+    BOOL sent;
+    p->QuadPart = 1000;
+    pData->functions.pSleepFt(p);
+    sent = pData->functions.pCAN_Transmit(1, 2, 1, &byte);
+    pData->functions.pRtWprintf_String(text);
+    return helper(&byte, 1) && sent == TRUE;
+}
+EOF
+printf '#include <windows.h>\n#include <tgm_plc.h>\n' >"$work/before.c"
+printf '#include <tgm_plc.h>\n#include <windows.h>\n' >"$work/after.c"
+strict="-fsyntax-only -Wall -Wextra -Wshadow -Werror -I sdk/include"
+for compiler in "gcc -std=c11 -ffreestanding -fshort-wchar" "clang -std=c17 -ffreestanding -fshort-wchar" \
+    "x86_64-w64-mingw32-gcc -std=c11" "i686-w64-mingw32-gcc -std=c11" "gcc -x c++ -std=c++17 -ffreestanding -fshort-wchar"; do
+    # shellcheck disable=SC2086
+    run $compiler $strict "$work/idiom.c"
+    expect "the manual's idiom: $compiler" 0
+    # shellcheck disable=SC2086
+    run $compiler $strict -DTGM_WINDOWS_NAMES "$work/names.c"
+    expect "the manual's Windows names when asked for: $compiler" 0
+done
+run gcc -std=c11 -ffreestanding -fshort-wchar -fsyntax-only -I sdk/include "$work/names.c"
+expect "and not when nobody asked" 1 "LPCWSTR"
+for compiler in x86_64-w64-mingw32-gcc i686-w64-mingw32-gcc x86_64-w64-mingw32-g++; do
+    for order in before after; do
+        # shellcheck disable=SC2086
+        run $compiler $strict "$work/$order.c"
+        expect "windows.h $order: $compiler" 0
+        # shellcheck disable=SC2086
+        run $compiler $strict -DTGM_WINDOWS_NAMES "$work/$order.c"
+        expect "windows.h $order, with the names: $compiler" 0
+    done
+done
+
+# Every row of every table, on every target, in every dialect.
+rows() { # what compiler...
+    what=$1
+    shift
+    for layout in gen4: gen5_905:905 gen5_906:906; do
+        id=${layout#*:}
+        flags="-DTGM_GENERATION=4"
+        [ -z "$id" ] || flags="-DTGM_GENERATION=5 -DTGM_MEMORY_ID=$id"
+        # shellcheck disable=SC2086
+        run "$@" $flags -fsyntax-only -ffreestanding -Wall -Wextra -Werror -I sdk/include "tests/layouts/asserts_${layout%%:*}.c"
+        expect "every row of ${layout%%:*}: $what" 0
+    done
+}
+rows "x86-64 gcc C11" gcc -std=c11 -fshort-wchar
+rows "x86-64 clang C17" clang -std=c17 -fshort-wchar
+rows "x86-64 g++ C++17" gcc -x c++ -std=c++17 -fshort-wchar -D_Static_assert=static_assert
+rows "x86-64 clang++ C++17" clang -x c++ -std=c++17 -fshort-wchar -D_Static_assert=static_assert
+rows "x86-64 Windows mingw" x86_64-w64-mingw32-gcc -std=c11
+rows "i386 Windows mingw" i686-w64-mingw32-gcc -std=c11
+rows "i386 Windows mingw C++17" i686-w64-mingw32-g++ -x c++ -std=c++17 -D_Static_assert=static_assert
+rows "Arm bare metal" arm-none-eabi-gcc -std=c11 -DTGM_TEXT8
+rows "Arm Linux" arm-linux-gnueabihf-gcc -std=c17 -DTGM_TEXT8
+rows "Arm Linux C++17" arm-linux-gnueabihf-g++ -x c++ -std=c++17 -DTGM_TEXT8 -D_Static_assert=static_assert
+rows "i386 System V" gcc -m32 -std=c11 -fshort-wchar
+[ "$(grep -c _Static_assert tests/layouts/asserts_gen5_906.c)" = "$(($(wc -l <sdk/layout/tgm5-906.tsv) - 1))" ] &&
+    pass "one assert a row" || fail "one assert a row"
+# Packing alone cannot spoil the layouts: every member lies at a multiple of its size. Alignment can.
+run gcc -m32 -malign-double -std=c11 -fsyntax-only -ffreestanding -fshort-wchar -DTGM_GENERATION=5 -I sdk/include "$work/alone5.c"
+expect "other alignment does not compile" 1 "is not where TG Motion has it"
+
 sed 's/double Position;/float Position;/' sdk/include/tgm/layout_gen4.h >"$work/layout.h"
 mkdir -p "$work/inc/tgm" && cp sdk/include/tgm_plc.h "$work/inc/" && cp "$work/layout.h" "$work/inc/tgm/layout_gen4.h"
 run gcc -std=c11 -fsyntax-only -fshort-wchar -I "$work/inc" "$work/alone.c"
@@ -121,5 +222,9 @@ expect "make install" 0
 cp -R "$work/prefix/share/tgm/templates/c" "$work/mine"
 run make -C "$work/mine" SDK="$work/prefix/share/tgm/sdk" TGM="$work/prefix/bin/tgm" check CHECK_FLAGS='--cycles 200'
 expect "the installed template builds and passes" 0 "RESULT: PASS"
+cd "$work" && run "$work/prefix/bin/tgm" new fresh
+expect "tgm new from where it is installed" 0 "fresh/ is a project"
+run make -C "$work/fresh" check CHECK_FLAGS='--cycles 200'
+expect "and its project passes" 0 "RESULT: PASS"
 
 finish

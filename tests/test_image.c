@@ -50,7 +50,12 @@ static void tiny_has_its_symbols_sorted_and_once(void **state)
     static struct tiny t;
     tiny_init(&t);
     uint64_t code = TINY_ADDRESS(code);
-    const struct image_symbol expected[] = {
+    const struct {
+        const char *name;
+        uint64_t vaddr, size;
+        enum image_symbol_kind kind;
+        bool exported, executable;
+    } expected[] = {
         { "slot", 0, 8, IMAGE_SYMBOL_TLS, true, false },
         { "Program_Ini", code, 16, IMAGE_SYMBOL_FUNC, true, true },
         { "Program_01", code + 16, 32, IMAGE_SYMBOL_FUNC, true, true },
@@ -82,7 +87,12 @@ static void tiny_has_its_imports_with_the_first_user(void **state)
     (void)state;
     static struct tiny t;
     tiny_init(&t);
-    const struct image_import expected[] = {
+    const struct {
+        enum image_import_kind kind;
+        const char *name;
+        bool has_user;
+        uint64_t user;
+    } expected[] = {
         { IMAGE_IMPORT_LIBRARY, "libm.so", false, 0 },
         { IMAGE_IMPORT_FILTER, "front.so", false, 0 },
         { IMAGE_IMPORT_FILTER, "aside.so", false, 0 },
@@ -108,7 +118,13 @@ static void tiny_has_its_relocations_by_address(void **state)
     static struct tiny t;
     tiny_init(&t);
     uint64_t code = TINY_ADDRESS(code);
-    const struct image_reloc expected[] = {
+    const struct {
+        uint64_t vaddr;
+        int64_t addend;
+        enum image_reloc_kind kind;
+        uint32_t type;
+        const char *type_name, *symbol;
+    } expected[] = {
         { TINY_ADDRESS(init_array[0]), (int64_t)code + 64, IMAGE_RELOC_RELATIVE, 8,
           "R_X86_64_RELATIVE", NULL },
         { TINY_ADDRESS(words[0]), 0x10, IMAGE_RELOC_RELATIVE, 8, "R_X86_64_RELATIVE", NULL },
@@ -131,6 +147,7 @@ static void tiny_has_its_relocations_by_address(void **state)
         assert_int_equal(image->relocs[i].addend, expected[i].addend);
         assert_int_equal(image->relocs[i].kind, expected[i].kind);
         assert_int_equal(image->relocs[i].type, expected[i].type);
+        assert_int_equal(image->relocs[i].width, 8);
         assert_string_equal(image->relocs[i].type_name, expected[i].type_name);
         if (expected[i].symbol == NULL)
             assert_null(image->relocs[i].symbol);

@@ -20,7 +20,7 @@ static void is_defect(const void *bytes, size_t size, const char *text)
 /* LIE(name, change of struct tiny *t, part of the sentence) */
 #define LIES                                                                                       \
     LIE(class_32, t->eh.e_ident[EI_CLASS] = 1, "a 32-bit little-endian ELF file for x86-64")       \
-    LIE(class_0, t->eh.e_ident[EI_CLASS] = 0, "ELF class (EI_CLASS) is 0, allowed is 2")           \
+    LIE(class_0, t->eh.e_ident[EI_CLASS] = 0, "ELF class (EI_CLASS) is 0, allowed are 1")          \
     LIE(order_big, (t->eh.e_ident[EI_DATA] = 2, t->eh.e_machine = EM_X86_64 << 8),                 \
         "a 64-bit big-endian ELF file for x86-64")                                                 \
     LIE(order_3, t->eh.e_ident[EI_DATA] = 3, "(EI_DATA) is 3")                                     \
@@ -321,17 +321,15 @@ static void other_files_are_named(void **state)
 static void pe_header_outside_the_file_is_no_pe(void **state)
 {
     (void)state;
-    static const uint32_t offsets[] = { 0, 0x3f, 0x7b, 0x80, UINT32_MAX };
+    static const uint32_t offsets[] = { 0, 0x3f, 0x69, 0x80, UINT32_MAX };
     uint8_t file[0x80] = "MZ";
     for (size_t i = 0; i < sizeof offsets / sizeof offsets[0]; i++) {
         memcpy(file + 0x3c, &offsets[i], 4);
         is_defect(file, sizeof file, "holds no PE header");
     }
-    memcpy(file + 0x3c, &(uint32_t){ 0x7a }, 4);
-    memcpy(file + 0x7a, "PE\0\0\x4c\x01", 6);
-    is_defect(file, sizeof file,
-              "a Windows PE module for i386 (machine 0x014c); reading them is not "
-              "built yet");
+    memcpy(file + 0x3c, &(uint32_t){ 0x68 }, 4);
+    memcpy(file + 0x68, "PE\0\0\x4c\x01", 6);
+    is_defect(file, sizeof file, "lack IMAGE_FILE_EXECUTABLE_IMAGE");
 }
 
 static void what_toolchains_make_besides_modules_is_named(void **state)
@@ -347,8 +345,6 @@ static void what_toolchains_make_besides_modules_is_named(void **state)
         { "six_exec", IMAGE_FORMAT_ELF64, IMAGE_TARGET_X86_64, "an executable, not a module" },
         { "six_pie", IMAGE_FORMAT_ELF64, IMAGE_TARGET_X86_64, "a position-independent executable" },
         { "six_i386.so", IMAGE_FORMAT_ELF32, IMAGE_TARGET_I386, "a 32-bit little-endian ELF" },
-        { "six_arm.so", IMAGE_FORMAT_ELF32, IMAGE_TARGET_ARM, "ELF file for Arm (e_machine 40)" },
-        { "six.dll", IMAGE_FORMAT_PE, IMAGE_TARGET_X86_64, "a Windows PE module for x86-64" },
     };
     for (size_t i = 0; i < sizeof files / sizeof files[0]; i++) {
         struct image *image = open_any_module(files[i].name);

@@ -20,11 +20,32 @@ $(FIXTURE_DIR)/%.tgm: conformance/fixtures/%.c conformance/fixtures/base.h sdk/i
 
 # Each test program: its own source and what of the rooms it needs (all of them: they are small).
 UNIT_TESTS := test_text16 test_catalogue test_fixtures
-IMAGE_TESTS := test_image test_image_real test_image_bad test_image_damage test_image_memory
+SDK_TESTS := test_sdk_mem test_sdk_text test_sdk_motion test_sdk_start test_sdk_start5 test_sdk_start8
+IMAGE_TESTS := test_image test_image_real test_image_bad test_image_damage test_image_memory \
+    test_image_pe test_image_pe_bad test_image_arm test_image_flat
 MACHINE_TESTS := test_machine test_machine_call test_machine_load test_machine_seal test_worker
 BUS_TESTS := test_segment test_slave test_coe test_drive test_bus
 
 $(addprefix $(BUILD)/obj/tests/,$(BUS_TESTS:=.o) bench_bus.o): ALL_CFLAGS += -Itests $(BUS_CFLAGS)
+
+# The SDK's support library as native code: the same sources that modules are linked from.
+SDK_OBJ := $(addprefix $(BUILD)/obj/sdk-host/,number.o text16.o text8.o motion.o move.o)
+$(BUILD)/obj/sdk-host/%.o: sdk/src/%.c | $(BUILD)/.deps
+	@mkdir -p $(@D)
+	@echo "  CC     $<"
+	$(Q)$(CC) $(ALL_CFLAGS) -DTGM_HOST -c -o $@ $<
+
+$(addprefix $(BUILD)/test/,$(SDK_TESTS)): $(SDK_OBJ)
+
+$(BUILD)/test/math_accuracy: tests/math_accuracy.c $(BUILD)/math/libtgm_math.a
+	@mkdir -p $(@D)
+	@echo "  LINK   $@"
+	$(Q)$(CC) -std=gnu11 -O2 -g -fno-builtin -Isdk/include -o $@ $^ -lmpfr -lgmp
+
+$(BUILD)/math/libtgm_math.a: sdk/mk/math.sh $(wildcard sdk/src/math/*) third_party/musl/.from
+	@mkdir -p $(@D)
+	@echo "  MATH   $@"
+	$(Q)sdk/mk/math.sh $(@D) gcc -fPIC
 
 MACHINE_MODULE_DIR := $(BUILD)/machine_modules
 MACHINE_MODULES := $(addprefix $(MACHINE_MODULE_DIR)/,faults.so abi.so hostile.so data.so)
@@ -45,8 +66,8 @@ $(addprefix $(BUILD)/obj/tests/,$(MACHINE_TESTS:=.o)): ALL_CFLAGS += -Itests \
 $(addprefix $(BUILD)/test/,$(MACHINE_TESTS)): | $(MACHINE_MODULES)
 
 include tests/modules/image.mk
-$(addprefix $(BUILD)/obj/tests/,$(IMAGE_TESTS:=.o) image_support.o): ALL_CFLAGS += -DTEST_MODULES_DIR='"$(BUILD)/modules"'
-$(addprefix $(BUILD)/test/,$(IMAGE_TESTS)): $(BUILD)/obj/tests/image_support.o | $(IMAGE_MODULES)
+$(addprefix $(BUILD)/obj/tests/,$(IMAGE_TESTS:=.o) image_support.o image_support_pe.o): ALL_CFLAGS += -DTEST_MODULES_DIR='"$(BUILD)/modules"'
+$(addprefix $(BUILD)/test/,$(IMAGE_TESTS)): $(BUILD)/obj/tests/image_support.o $(BUILD)/obj/tests/image_support_pe.o | $(IMAGE_MODULES)
 
 $(BUILD)/test/%: $(BUILD)/obj/tests/%.o $(ROOM_OBJ)
 	@mkdir -p $(@D)
@@ -57,4 +78,6 @@ $(BUILD)/obj/tests/test_fixtures.o: ALL_CFLAGS += -DFIXTURE_DIR='"$(FIXTURE_DIR)
 
 .PHONY: test-programs fixtures
 fixtures: $(FIXTURES) ## build the rules' fixture modules
-test-programs: $(addprefix $(BUILD)/test/,$(UNIT_TESTS) $(IMAGE_TESTS) $(MACHINE_TESTS) $(BUS_TESTS)) $(FIXTURES)
+test-programs: $(addprefix $(BUILD)/test/,$(UNIT_TESTS) $(SDK_TESTS) $(IMAGE_TESTS) $(MACHINE_TESTS) $(BUS_TESTS)) $(FIXTURES)
+
+-include $(wildcard $(BUILD)/obj/tests/*.d $(BUILD)/obj/sdk-host/*.d)

@@ -29,8 +29,11 @@ test  g++-mingw-w64-x86-64-win32 modules in C++ for 64-bit Windows
 test  g++-mingw-w64-i686-win32 modules in C++ for 32-bit Windows
 test  g++            modules in C++
 test  gcc-arm-linux-gnueabihf modules for TGMmini
+test  g++-arm-linux-gnueabihf modules in C++ for TGMmini
 test  gcc-arm-none-eabi modules for TGMcontroller and TGZ+Motion
 test  valgrind       memory checks
+test  libmpfr-dev    the reference for the SDK's mathematics
+test  gdb            make debug
 test  procps         looks for processes that a hostile module left behind
 EOF
 }

@@ -11,6 +11,10 @@ static const struct command commands[] = {
     { "run", "MODULE.tgm [options]",
       "Runs a module on the simulated machine and shows what its axes do.", command_run },
     { "new", "NAME [options]", "Makes a project from a template, in a new folder.", command_new },
+    { "inspect", "MODULE.tgm [--json FILE]",
+      "Says what is inside a module file; runs nothing of it.", command_inspect },
+    { "registers", "[PATTERN]", "Lists registers by name, memory or offset (generation 4).",
+      command_registers },
     { "rules", "", "Lists the rules.", command_rules },
     { "explain", "RULE", "Explains one rule: what must hold, why, and what to do.",
       command_explain },
@@ -36,7 +40,9 @@ static int unknown_command(const char *word)
     const char *close = nearest(word, names, COMMAND_COUNT);
     if (close != NULL)
         return complain(NULL, "unknown command '%s' (did you mean %s?)", word, close);
-    return complain(NULL, "unknown command '%s'; allowed: check run new rules explain help version",
+    return complain(NULL,
+                    "unknown command '%s'; allowed: check run inspect new registers rules "
+                    "explain help version",
                     word);
 }
 

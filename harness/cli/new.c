@@ -87,13 +87,17 @@ static char *replaced(const char *text, const char *from, const char *to)
 
 static char *filled_in(const struct project *project, const char *text)
 {
-    char sdk[PATH_MAX + 8];
+    char sdk[PATH_MAX + 8], include[64];
+    snprintf(include, sizeof include, "%s%s%sinclude $(SDK)",
+             strcmp(project->generation, "4") == 0 ? "" : "TGM_GENERATION := ",
+             strcmp(project->generation, "4") == 0 ? "" : project->generation,
+             strcmp(project->generation, "4") == 0 ? "" : "\n");
     snprintf(sdk, sizeof sdk, "%s/sdk", project->share);
-    const char *const pairs[][2] = { { "../../sdk", sdk },
-                                     { "@SDK@", sdk },
-                                     { "@TGM@", project->program },
-                                     { "@GENERATION@", project->generation },
-                                     { STEM, project->name } };
+    const char *const pairs[][2] = {
+        { "../../sdk", sdk },          { "@SDK@", sdk },
+        { "@TGM@", project->program }, { "@GENERATION@", project->generation },
+        { "include $(SDK)", include }, { STEM, project->name }
+    };
     char *now = strdup(text);
     for (size_t i = 0; i < sizeof pairs / sizeof *pairs && now != NULL; i++) {
         char *next = replaced(now, pairs[i][0], pairs[i][1]);

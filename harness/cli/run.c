@@ -24,6 +24,7 @@ struct run {
     const char *csv_path;
     FILE *screen; /* standard error when the recording goes to standard output */
     bool terminal;
+    bool in_process;
     uint64_t messages_shown;
     double begin, shown_at;
     int csv_error;
@@ -194,10 +195,16 @@ static int play(struct run *run, const char *path)
     const char *slash = strrchr(path, '/');
     const bool recording = run->recording.count > 0;
     run->begin = run->shown_at = seconds();
-    int r = experiment_run(&run->experiment, run->image, recording ? &run->recording : NULL,
+    int r;
+    if (run->in_process) {
+        memset(&result, 0, sizeof result);
+        experiment_run_here(&run->experiment, run->image, &result.evidence);
+    } else {
+        r = experiment_run(&run->experiment, run->image, recording ? &run->recording : NULL,
                            progress, run, &result);
-    if (r != 0)
-        return complain(run->command, "no worker process: %s", strerror(-r));
+        if (r != 0)
+            return complain(run->command, "no worker process: %s", strerror(-r));
+    }
     int status = conclude(run, &result, slash != NULL ? slash + 1 : path);
     if (run->csv.stream != NULL) {
         r = output_close(&run->csv, true);
@@ -263,6 +270,8 @@ int command_run(const struct command *command, int argc, char **argv)
           &run.csv_path, 0, 0 },
         { "--seed", OPTION_NUMBER, "N", "seed of places, poison and machine (default 0x1d2f)",
           &seed, 0, 0 },
+        { "--in-process", OPTION_FLAG, NULL,
+          "no worker and no sandbox, for a debugger (make debug)", &run.in_process, 0, 0 },
         { "--profile", OPTION_TEXT, "NAME", "which TG Motion to be: pc4 (default)", &profile_name,
           0, 0 },
         { 0 },
@@ -283,6 +292,8 @@ int command_run(const struct command *command, int argc, char **argv)
         return complain(command, "--cycle must be 250, 500 or 1000, not %" PRIu64, cycle_us);
     if ((record == NULL) != (run.csv_path == NULL))
         return complain(command, "--record and --csv go together: which registers, and where to");
+    if (run.in_process && record != NULL)
+        return complain(command, "--in-process does not record");
     if (record != NULL && (status = read_registers(&run, record)) != 0)
         return status;
     run.experiment.name = "run";

@@ -286,3 +286,44 @@ int catalogue_resolve(const char *name, struct catalogue_register *out, char why
              part.name);
     return -EINVAL;
 }
+
+static void walk_members(const char *owner, struct catalogue_line *line, catalogue_visit *visit,
+                         void *argument)
+{
+    const size_t length = strlen(line->name), offset = line->offset;
+    for (size_t i = 0; i < COUNT(members); i++) {
+        const struct member *member = &members[i];
+        if (strcmp(member->owner, owner) != 0 || strcmp(member->access, "reserved") == 0)
+            continue;
+        int at = snprintf(line->name + length, sizeof line->name - length, ".%s", member->name);
+        if (member->count > 1)
+            snprintf(line->name + length + at, sizeof line->name - length - (size_t)at, "[%zu]",
+                     member->count);
+        line->offset = offset + member->offset;
+        if (member->type == STRUCT) {
+            walk_members(member->type_name, line, visit, argument);
+        } else {
+            line->size = member->size;
+            line->count = member->count;
+            line->type = member->type;
+            line->access = member->access;
+            line->unit = member->unit;
+            line->note = member->note;
+            visit(argument, line);
+        }
+    }
+    line->name[length] = '\0';
+    line->offset = offset;
+}
+
+void catalogue_walk(catalogue_visit *visit, void *argument)
+{
+    for (size_t i = 0; i < COUNT(memories); i++) {
+        const struct catalogue_memory *memory = &memories[i];
+        struct catalogue_line line = { .memory = memory, .stride = memory->size / memory->count };
+        if (strcmp(memory->type, "-") == 0)
+            continue;
+        snprintf(line.name, sizeof line.name, "%s%s", memory->root, memory->count > 1 ? "[n]" : "");
+        walk_members(memory->type, &line, visit, argument);
+    }
+}

@@ -42,6 +42,22 @@ const struct catalogue_memory *catalogue_memory_named(const char *name);
 /* 0, or -EINVAL with a sentence in why: which part of the name is wrong and what is allowed. */
 int catalogue_resolve(const char *name, struct catalogue_register *out, char why[CATALOGUE_WHY]);
 
+/* One line of the register list: arrays as one, [n] for the element of a memory. */
+struct catalogue_line {
+    const struct catalogue_memory *memory;
+    char name[160];     /* "SERVO[n].Pg.Acc", "SYSTEM.Timers.Timer_Up[64]" */
+    size_t offset;      /* bytes in the memory, of element 0 */
+    size_t stride;      /* bytes from one element of the memory to the next */
+    size_t size, count; /* bytes of all of it; array length */
+    enum scalar type;
+    const char *access, *unit, *note;
+};
+
+typedef void catalogue_visit(void *argument, const struct catalogue_line *line);
+
+/* Every register that is not reserved, in order of memory and offset. */
+void catalogue_walk(catalogue_visit *visit, void *argument);
+
 size_t scalar_size(enum scalar type);
 /* Value at an address as a number; 64-bit integers beyond 2^53 lose their low bits. */
 double scalar_get(enum scalar type, const void *at);

@@ -54,6 +54,13 @@ static void block_sample(void *argument, struct host *host)
             scalar_get(recording->registers[i].type, host_register(host, &recording->registers[i]));
 }
 
+static void run_cycles(const struct experiment *experiment, struct host *host)
+{
+    bool going = host_start(host);
+    for (uint64_t i = 0; i < experiment->cycles && going; i++)
+        going = host_cycle(host);
+}
+
 static int play(struct job *job, struct evidence *evidence, int pipe_fd, struct machine *machine,
                 struct host *host)
 {
@@ -65,13 +72,24 @@ static int play(struct job *job, struct evidence *evidence, int pipe_fd, struct 
         job->block.fd = pipe_fd;
         host_on_sample(host, block_sample, &job->block);
     }
-    bool going = host_start(host);
-    for (uint64_t i = 0; i < job->experiment->cycles && going; i++)
-        going = host_cycle(host);
+    run_cycles(job->experiment, host);
     block_flush(&job->block);
     evidence->stack_used = machine_stack_used(machine);
     evidence->stage = EVIDENCE_FINISHED;
     return 0;
+}
+
+static int prepare(const struct experiment *experiment, const struct image *image, uint64_t hang_ns,
+                   struct evidence *evidence, struct machine **machine, struct host **host)
+{
+    const struct machine_config config = { .seed = experiment->host.seed,
+                                           .poison = true,
+                                           .hang_ns = hang_ns };
+    int r = machine_load(machine, image, &config, evidence->trouble);
+    if (r != 0)
+        return r;
+    evidence->stage = EVIDENCE_LOADED;
+    return host_open(host, &experiment->host, *machine, image, evidence, evidence->trouble);
 }
 
 /* In the worker process. */
@@ -79,19 +97,36 @@ static int body(void *argument, void *shared, int pipe_fd)
 {
     struct job *job = argument;
     struct evidence *evidence = shared;
-    const struct machine_config config = { .seed = job->experiment->host.seed, .poison = true };
     struct machine *machine = NULL;
     struct host *host = NULL;
-    int r = machine_load(&machine, job->image, &config, evidence->trouble);
-    if (r == 0) {
-        evidence->stage = EVIDENCE_LOADED;
-        r = host_open(&host, &job->experiment->host, machine, job->image, evidence,
-                      evidence->trouble);
-    }
+    int r = prepare(job->experiment, job->image, 0, evidence, &machine, &host);
     if (r == 0)
         r = play(job, evidence, pipe_fd, machine, host);
     /* No clean-up: module code may have left the heap in any state, and the process ends here. */
     return r == 0 ? 0 : 1;
+}
+
+__attribute__((noinline)) void tgm_debug_module_loaded(const char *path, uint64_t offset)
+{
+    __asm__ volatile("" : : "r"(path), "r"(offset) : "memory");
+}
+
+int experiment_run_here(const struct experiment *experiment, const struct image *image,
+                        struct evidence *evidence)
+{
+    const uint64_t never = UINT64_C(86400) * 1000000000;
+    struct machine *machine = NULL;
+    struct host *host = NULL;
+    int r = prepare(experiment, image, never, evidence, &machine, &host);
+    if (r == 0) {
+        tgm_debug_module_loaded(image->path, (uint64_t)(uintptr_t)machine_address(machine, 0));
+        run_cycles(experiment, host);
+        evidence->stage = EVIDENCE_FINISHED;
+    }
+    host_close(host);
+    if (machine != NULL)
+        machine_unload(machine);
+    return r;
 }
 
 struct relay {

@@ -44,4 +44,15 @@ int experiment_run(const struct experiment *experiment, const struct image *imag
                    const struct recording *recording, experiment_progress *progress, void *argument,
                    struct experiment_result *result);
 
+/*
+ * The same in this process, for a debugger: no worker, no sandbox, no watchdog; a fault stays with
+ * whoever debugs it. Calls tgm_debug_module_loaded() once the module is in place. 0, or negative
+ * errno with the reason in evidence->trouble.
+ */
+int experiment_run_here(const struct experiment *experiment, const struct image *image,
+                        struct evidence *evidence);
+
+/* Where a debugger stops to learn where the module is: file, and what to add to its addresses. */
+void tgm_debug_module_loaded(const char *path, uint64_t offset);
+
 #endif

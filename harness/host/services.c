@@ -74,10 +74,10 @@ static int32_t service_ex(int32_t severity, const tgm_wchar *format, ...)
 
 /* Every function runs to completion on the simulated clock, so a wait lets nothing else run (R17).
  */
-static void service_sleep(int64_t *interval)
+static void service_sleep(TGM_LARGE_INTEGER *pause)
 {
     machine_service_enter(service_host->machine, "pSleepFt", __builtin_return_address(0));
-    (void)*(volatile int64_t *)interval;
+    (void)*(volatile int64_t *)&pause->QuadPart;
     const enum entry entry = service_host->evidence->entry;
     if (entry == ENTRY_04 || entry == ENTRY_05)
         service_host->evidence->sleeps_in_04_05++;

@@ -110,8 +110,7 @@ static void emit_number(struct sink *sink, const struct conversion *c, const cha
         length = (int)strlen(text);
 
     const int gap = c->width - length;
-    const bool zeros =
-        c->zero && !c->left && (is_real ? isfinite(real) : !c->has_precision);
+    const bool zeros = c->zero && !c->left && (is_real ? isfinite(real) : !c->has_precision);
     const int sign = text[0] == '-' || text[0] == '+' || text[0] == ' ';
     const int prefix =
         sign + (text[sign] == '0' && (text[sign + 1] == 'x' || text[sign + 1] == 'X') ? 2 : 0);

@@ -14,14 +14,20 @@
 
 static const struct {
     Elf_Type type;
-    size_t size;
+    size_t size32, size64;
 } records[ELF_RECORDS] = {
-    [ELF_RECORD_DYN] = { ELF_T_DYN, sizeof(Elf64_Dyn) },
-    [ELF_RECORD_SYM] = { ELF_T_SYM, sizeof(Elf64_Sym) },
-    [ELF_RECORD_RELA] = { ELF_T_RELA, sizeof(Elf64_Rela) },
-    [ELF_RECORD_REL] = { ELF_T_REL, sizeof(Elf64_Rel) },
-    [ELF_RECORD_WORD] = { ELF_T_WORD, sizeof(Elf64_Word) },
-    [ELF_RECORD_XWORD] = { ELF_T_XWORD, sizeof(Elf64_Xword) },
+    [ELF_RECORD_DYN] = { ELF_T_DYN, sizeof(Elf32_Dyn), sizeof(Elf64_Dyn) },
+    [ELF_RECORD_SYM] = { ELF_T_SYM, sizeof(Elf32_Sym), sizeof(Elf64_Sym) },
+    [ELF_RECORD_RELA] = { ELF_T_RELA, sizeof(Elf32_Rela), sizeof(Elf64_Rela) },
+    [ELF_RECORD_REL] = { ELF_T_REL, sizeof(Elf32_Rel), sizeof(Elf64_Rel) },
+    [ELF_RECORD_WORD] = { ELF_T_WORD, sizeof(Elf32_Word), sizeof(Elf64_Word) },
+    [ELF_RECORD_ADDRESS] = { ELF_T_ADDR, sizeof(Elf32_Addr), sizeof(Elf64_Addr) },
+};
+
+/* A table of a 32-bit file as its 64-bit counterpart. */
+struct elf_copy {
+    struct elf_copy *next;
+    max_align_t records[];
 };
 
 bool elf_out_of_memory(struct elf *elf)
@@ -41,21 +47,61 @@ static bool libelf_refused(struct elf *elf, const char *what)
                         message != NULL ? message : "no reason given");
 }
 
-size_t elf_record_size(enum elf_record type)
+size_t elf_record_size(const struct elf *elf, enum elf_record type)
 {
-    return records[type].size;
+    return elf->kind->class == ELFCLASS32 ? records[type].size32 : records[type].size64;
+}
+
+/* The index-th record as a 64-bit one. */
+static bool widen(Elf_Data *data, enum elf_record type, int index, void *wide)
+{
+    switch (type) {
+    case ELF_RECORD_DYN:
+        return gelf_getdyn(data, index, (GElf_Dyn *)wide + index) != NULL;
+    case ELF_RECORD_SYM:
+        return gelf_getsym(data, index, (GElf_Sym *)wide + index) != NULL;
+    case ELF_RECORD_RELA:
+        return gelf_getrela(data, index, (GElf_Rela *)wide + index) != NULL;
+    case ELF_RECORD_REL:
+        return gelf_getrel(data, index, (GElf_Rel *)wide + index) != NULL;
+    default:
+        ((uint64_t *)wide)[index] = ((const Elf32_Addr *)data->d_buf)[index];
+        return true;
+    }
+}
+
+static const void *widened(struct elf *elf, Elf_Data *data, enum elf_record type, uint64_t count)
+{
+    /* count * size64 is at most four times the size of a file, which is at most 1 GiB. */
+    struct elf_copy *copy = malloc(sizeof *copy + (size_t)count * records[type].size64);
+    if (copy == NULL) {
+        elf_out_of_memory(elf);
+        return NULL;
+    }
+    copy->next = elf->copies;
+    elf->copies = copy;
+    for (int i = 0; i < (int)count; i++) {
+        errno = 0;
+        if (!widen(data, type, i, copy->records)) {
+            libelf_refused(elf, "table");
+            return NULL;
+        }
+    }
+    return copy->records;
 }
 
 const void *elf_records(struct elf *elf, enum elf_record type, uint64_t offset, uint64_t count)
 {
     /* The caller has found the range inside the file, so this cannot wrap. */
+    size_t size = (size_t)count * elf_record_size(elf, type);
     errno = 0;
-    Elf_Data *data = elf_getdata_rawchunk(elf->handle, (int64_t)offset,
-                                          (size_t)count * records[type].size, records[type].type);
-    if (data != NULL && data->d_buf != NULL && data->d_size == count * records[type].size)
-        return data->d_buf;
-    libelf_refused(elf, "table");
-    return NULL;
+    Elf_Data *data = elf_getdata_rawchunk(elf->handle, (int64_t)offset, size, records[type].type);
+    if (data == NULL || data->d_buf == NULL || data->d_size != size) {
+        libelf_refused(elf, "table");
+        return NULL;
+    }
+    bool wide = records[type].size64 == elf_record_size(elf, type);
+    return wide ? data->d_buf : widened(elf, data, type, count);
 }
 
 bool elf_section_in_file(const struct elf *elf, const Elf64_Shdr *header)
@@ -102,23 +148,46 @@ const char *elf_string(const struct elf_strings *strings, uint64_t index)
     if (index >= strings->size)
         return NULL;
     const char *text = strings->text + index;
-    return strnlen(text, ELF_MAX_NAME + 1) <= ELF_MAX_NAME ? text : NULL;
+    return strnlen(text, IMAGE_MAX_NAME + 1) <= IMAGE_MAX_NAME ? text : NULL;
 }
 
 /* ---- reading ---- */
 
+static void widen_header(const Elf32_Ehdr *from, Elf64_Ehdr *to)
+{
+    *to = (Elf64_Ehdr){ .e_type = from->e_type,
+                        .e_machine = from->e_machine,
+                        .e_version = from->e_version,
+                        .e_entry = from->e_entry,
+                        .e_phoff = from->e_phoff,
+                        .e_shoff = from->e_shoff,
+                        .e_flags = from->e_flags,
+                        .e_ehsize = from->e_ehsize,
+                        .e_phentsize = from->e_phentsize,
+                        .e_phnum = from->e_phnum,
+                        .e_shentsize = from->e_shentsize,
+                        .e_shnum = from->e_shnum,
+                        .e_shstrndx = from->e_shstrndx };
+    memcpy(to->e_ident, from->e_ident, sizeof to->e_ident);
+}
+
 static bool read_header(struct elf *elf)
 {
+    Elf32_Ehdr narrow;
+    bool is_narrow = elf->kind->class == ELFCLASS32;
     Elf_Data from = { .d_buf = elf->image->bytes,
                       .d_type = ELF_T_EHDR,
                       .d_version = EV_CURRENT,
-                      .d_size = sizeof elf->header };
+                      .d_size = is_narrow ? sizeof narrow : sizeof elf->header };
     Elf_Data to = from;
-    to.d_buf = &elf->header;
+    to.d_buf = is_narrow ? (void *)&narrow : (void *)&elf->header;
     errno = 0;
-    if (elf64_xlatetom(&to, &from, elf->image->bytes[EI_DATA]) == NULL)
+    unsigned order = elf->image->bytes[EI_DATA];
+    if ((is_narrow ? elf32_xlatetom(&to, &from, order) : elf64_xlatetom(&to, &from, order)) == NULL)
         return libelf_refused(elf, "ELF header");
-    return elf_check_header(elf->image, &elf->header);
+    if (is_narrow)
+        widen_header(&narrow, &elf->header);
+    return elf_check_header(elf->image, elf->kind, &elf->header);
 }
 
 static bool read_program_headers(struct elf *elf)
@@ -151,10 +220,10 @@ static void look_for_debug_lines(struct elf *elf)
 
 static void read_all(struct elf *elf)
 {
-    if (!elf_check_ident(elf->image) || !read_header(elf))
+    if (!elf_check_ident(elf->image, &elf->kind) || !read_header(elf))
         return;
     errno = 0;
-    elf->handle = elf_handle_new(elf->image);
+    elf->handle = elf_handle_new(elf->image->bytes, elf->image->size);
     if (elf->handle == NULL) {
         libelf_refused(elf, "file");
         return;
@@ -165,22 +234,32 @@ static void read_all(struct elf *elf)
     look_for_debug_lines(elf);
 }
 
+static void free_copies(struct elf *elf)
+{
+    while (elf->copies != NULL) {
+        struct elf_copy *next = elf->copies->next;
+        free(elf->copies);
+        elf->copies = next;
+    }
+}
+
 int elf_read(struct image *image)
 {
     struct elf elf = { .image = image };
     read_all(&elf);
     free(elf.import_of);
     free(elf.exports);
+    free_copies(&elf);
     elf_handle_free(elf.handle);
     return elf.error;
 }
 
-struct Elf *elf_handle_new(const struct image *image)
+struct Elf *elf_handle_new(const void *bytes, size_t size)
 {
     if (elf_version(EV_CURRENT) == EV_NONE)
         return NULL;
     /* libelf wants a writable pointer and does not write through it. */
-    Elf *handle = elf_memory((char *)image->bytes, image->size);
+    Elf *handle = elf_memory((char *)(uintptr_t)bytes, size);
     if (handle != NULL && elf_kind(handle) == ELF_K_ELF)
         return handle;
     elf_end(handle);

@@ -67,7 +67,7 @@ const char *elf_tag_name(enum elf_tag tag)
 const void *elf_table(struct elf *elf, enum elf_record type, enum elf_tag tag, uint64_t count)
 {
     uint64_t vaddr = elf->tag[tag], offset;
-    uint64_t size = elf_record_size(type);
+    uint64_t size = elf_record_size(elf, type);
     if (count <= elf->image->size / size &&
         image_file_range(elf->image, vaddr, count * size, &offset))
         return elf_records(elf, type, offset, count);
@@ -81,8 +81,8 @@ const void *elf_table(struct elf *elf, enum elf_record type, enum elf_tag tag, u
 bool elf_add_import(struct elf *elf, enum image_import_kind kind, const char *name)
 {
     struct image *image = elf->image;
-    if (image->import_count == ELF_MAX_IMPORTS)
-        return image_defect(image, "has more than %u imports", ELF_MAX_IMPORTS);
+    if (image->import_count == IMAGE_MAX_IMPORTS)
+        return image_defect(image, "has more than %u imports", IMAGE_MAX_IMPORTS);
     if (!image_make_room(&image->imports, image->import_count, sizeof image->imports[0]))
         return elf_out_of_memory(elf);
     image->imports[image->import_count++] = (struct image_import){ .kind = kind, .name = name };
@@ -128,18 +128,19 @@ static bool check_entry_sizes(struct elf *elf)
 {
     static const struct {
         enum elf_tag tag;
-        size_t size;
+        enum elf_record record;
     } sizes[] = {
-        { ELF_SYMENT, sizeof(Elf64_Sym) },
-        { ELF_RELAENT, sizeof(Elf64_Rela) },
-        { ELF_RELENT, sizeof(Elf64_Rel) },
-        { ELF_RELRENT, sizeof(Elf64_Xword) },
+        { ELF_SYMENT, ELF_RECORD_SYM },
+        { ELF_RELAENT, ELF_RECORD_RELA },
+        { ELF_RELENT, ELF_RECORD_REL },
+        { ELF_RELRENT, ELF_RECORD_ADDRESS },
     };
     for (size_t i = 0; i < sizeof sizes / sizeof sizes[0]; i++) {
         enum elf_tag tag = sizes[i].tag;
-        if (elf->has_tag[tag] && elf->tag[tag] != sizes[i].size)
+        size_t size = elf_record_size(elf, sizes[i].record);
+        if (elf->has_tag[tag] && elf->tag[tag] != size)
             return image_defect(elf->image, "%s is %llu, allowed is %zu", elf_tags[tag].name,
-                                (ull)elf->tag[tag], sizes[i].size);
+                                (ull)elf->tag[tag], size);
     }
     return true;
 }
@@ -177,7 +178,7 @@ static bool read_libraries(struct elf *elf, const Elf64_Dyn *dyn, uint64_t count
                                     "%s: name at 0x%llx is outside the string table of 0x%llx "
                                     "bytes or longer than %u",
                                     library_tags[k].name, (ull)dyn[i].d_un.d_val,
-                                    (ull)elf->dynstr.size, ELF_MAX_NAME);
+                                    (ull)elf->dynstr.size, IMAGE_MAX_NAME);
             if (!elf_add_import(elf, library_tags[k].kind, name))
                 return false;
         }
@@ -187,7 +188,7 @@ static bool read_libraries(struct elf *elf, const Elf64_Dyn *dyn, uint64_t count
 
 bool elf_read_dynamic(struct elf *elf)
 {
-    uint64_t count = elf->dynamic.p_filesz / sizeof(Elf64_Dyn), used = 0;
+    uint64_t count = elf->dynamic.p_filesz / elf_record_size(elf, ELF_RECORD_DYN), used = 0;
     if (count == 0)
         return image_defect(elf->image, "dynamic table of 0x%llx bytes has no entry",
                             (ull)elf->dynamic.p_filesz);

@@ -9,9 +9,9 @@ typedef unsigned long long ull;
 
 static bool limit(struct elf *elf, uint64_t count)
 {
-    if (count > ELF_MAX_SYMBOLS)
+    if (count > IMAGE_MAX_SYMBOLS)
         return image_defect(elf->image, "has %llu dynamic symbols, allowed are up to %u",
-                            (ull)count, ELF_MAX_SYMBOLS);
+                            (ull)count, IMAGE_MAX_SYMBOLS);
     return true;
 }
 
@@ -19,7 +19,7 @@ static bool limit(struct elf *elf, uint64_t count)
 static const void *words(struct elf *elf, enum elf_tag tag, uint64_t vaddr, enum elf_record type,
                          uint64_t count)
 {
-    uint64_t offset, size = elf_record_size(type);
+    uint64_t offset, size = elf_record_size(elf, type);
     if (count <= elf->image->size / size &&
         image_file_range(elf->image, vaddr, count * size, &offset))
         return elf_records(elf, type, offset, count);
@@ -71,10 +71,10 @@ static bool read_gnu_header(struct elf *elf, uint64_t *end)
     elf->gnu_first = header[1];
     elf->gnu_filter_size = filter;
     elf->gnu_shift = header[3];
-    elf->gnu_filter = words(elf, ELF_GNU_HASH, vaddr + 16, ELF_RECORD_XWORD, filter);
+    elf->gnu_filter = words(elf, ELF_GNU_HASH, vaddr + 16, ELF_RECORD_ADDRESS, filter);
     if (elf->gnu_filter == NULL)
         return false;
-    vaddr += 16 + 8 * (uint64_t)filter;
+    vaddr += 16 + elf->kind->word * (uint64_t)filter;
     *end = vaddr + 4 * (uint64_t)elf->gnu_bucket_count;
     elf->gnu_buckets = words(elf, ELF_GNU_HASH, vaddr, ELF_RECORD_WORD, elf->gnu_bucket_count);
     return elf->gnu_buckets != NULL;
@@ -103,8 +103,8 @@ static bool end_of_chain(struct elf *elf, uint64_t chains, uint32_t symbol, uint
     uint64_t room = 1, at = symbol - elf->gnu_first;
     if (segment != NULL && chains - segment->vaddr < segment->file_size)
         room = (segment->file_size - (chains - segment->vaddr)) / 4;
-    if (room > ELF_MAX_SYMBOLS)
-        room = ELF_MAX_SYMBOLS;
+    if (room > IMAGE_MAX_SYMBOLS)
+        room = IMAGE_MAX_SYMBOLS;
     elf->gnu_chains = words(elf, ELF_GNU_HASH, chains, ELF_RECORD_WORD, room);
     if (elf->gnu_chains == NULL)
         return false;
@@ -148,9 +148,9 @@ static bool count_from_gap(struct elf *elf, uint64_t *count)
         if (elf->has_tag[tables[i]] && vaddr > begin && vaddr < end)
             end = vaddr;
     }
-    uint64_t room = (end - begin) / sizeof(Elf64_Sym);
-    if (room > ELF_MAX_SYMBOLS)
-        room = ELF_MAX_SYMBOLS;
+    uint64_t room = (end - begin) / elf_record_size(elf, ELF_RECORD_SYM);
+    if (room > IMAGE_MAX_SYMBOLS)
+        room = IMAGE_MAX_SYMBOLS;
     if (room == 0)
         return true;
     const Elf64_Sym *symbols = elf_table(elf, ELF_RECORD_SYM, ELF_SYMTAB, room);

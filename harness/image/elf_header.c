@@ -52,16 +52,23 @@ static void name_target(struct image *image, bool wide, unsigned machine)
     }
 }
 
-bool elf_check_ident(struct image *image)
+static size_t header_size(unsigned class)
+{
+    return class == ELFCLASS32 ? sizeof(Elf32_Ehdr) : sizeof(Elf64_Ehdr);
+}
+
+bool elf_check_ident(struct image *image, const struct elf_kind **kind)
 {
     const uint8_t *ident = image->bytes;
+    size_t needed = header_size(image->size > EI_CLASS ? ident[EI_CLASS] : ELFCLASS64);
     /* e_type and e_machine stand behind e_ident in both classes; e_ident says in which order. */
-    if (image->size < sizeof(Elf64_Ehdr))
+    if (image->size < needed)
         return image_defect(image, "too short: %zu bytes, the ELF header alone takes %zu",
-                            image->size, sizeof(Elf64_Ehdr));
+                            image->size, needed);
     unsigned class = ident[EI_CLASS], order = ident[EI_DATA];
     if (class != ELFCLASS64 && class != ELFCLASS32)
-        return image_defect(image, "ELF class (EI_CLASS) is %u, allowed is 2 (64-bit)", class);
+        return image_defect(
+            image, "ELF class (EI_CLASS) is %u, allowed are 1 (32-bit) and 2 (64-bit)", class);
     if (order != ELFDATA2LSB && order != ELFDATA2MSB)
         return image_defect(image, "ELF byte order (EI_DATA) is %u, allowed is 1 (little-endian)",
                             order);
@@ -69,10 +76,11 @@ bool elf_check_ident(struct image *image)
     unsigned machine =
         little ? ident[18] | (unsigned)ident[19] << 8 : (unsigned)ident[18] << 8 | ident[19];
     name_target(image, class == ELFCLASS64, machine);
-    if (class != ELFCLASS64 || machine != EM_X86_64 || !little)
+    *kind = elf_find_kind(class, machine);
+    if (*kind == NULL || !little)
         return image_defect(image,
-                            "a %s-bit %s-endian ELF file for %s (e_machine %u); only 64-bit "
-                            "little-endian x86-64 (e_machine 62) runs here",
+                            "a %s-bit %s-endian ELF file for %s (e_machine %u); a module is "
+                            "little-endian, 64-bit for x86-64 (62) or 32-bit for Arm (40)",
                             class == ELFCLASS64 ? "64" : "32", little ? "little" : "big",
                             image->target_name, machine);
     if (ident[EI_VERSION] != EV_CURRENT)
@@ -104,8 +112,10 @@ static bool check_type(struct image *image, const Elf64_Ehdr *header)
 
 /* A loader has no use for the section table, but a file whose table lies outside was cut off, and
  * libelf and libdw would work from it. */
-static bool check_section_table(struct image *image, const Elf64_Ehdr *header)
+static bool check_section_table(struct image *image, const struct elf_kind *kind,
+                                const Elf64_Ehdr *header)
 {
+    size_t entry = kind->class == ELFCLASS32 ? sizeof(Elf32_Shdr) : sizeof(Elf64_Shdr);
     if (header->e_shoff == 0 && header->e_shnum == 0)
         return true;
     if (header->e_shoff == 0)
@@ -118,10 +128,10 @@ static bool check_section_table(struct image *image, const Elf64_Ehdr *header)
                             (unsigned long long)header->e_shoff);
     if (header->e_shnum >= SHN_LORESERVE)
         return image_defect(image, "e_shnum is %u, allowed is up to 65279", header->e_shnum);
-    if (header->e_shentsize != sizeof(Elf64_Shdr))
+    if (header->e_shentsize != entry)
         return image_defect(image, "section header size (e_shentsize) is %u, allowed is %zu",
-                            header->e_shentsize, sizeof(Elf64_Shdr));
-    uint64_t size = header->e_shnum * (uint64_t)sizeof(Elf64_Shdr);
+                            header->e_shentsize, entry);
+    uint64_t size = header->e_shnum * (uint64_t)entry;
     if (header->e_shoff > image->size || size > image->size - header->e_shoff)
         return image_defect(image,
                             "section header table (e_shoff 0x%llx, %u entries) lies outside "
@@ -130,8 +140,10 @@ static bool check_section_table(struct image *image, const Elf64_Ehdr *header)
     return true;
 }
 
-static bool check_program_table(struct image *image, const Elf64_Ehdr *header)
+static bool check_program_table(struct image *image, const struct elf_kind *kind,
+                                const Elf64_Ehdr *header)
 {
+    size_t entry = kind->class == ELFCLASS32 ? sizeof(Elf32_Phdr) : sizeof(Elf64_Phdr);
     if (header->e_phnum == 0 || header->e_phoff == 0)
         return image_defect(image,
                             "has no program headers (e_phoff 0x%llx, e_phnum %u): nothing "
@@ -139,10 +151,10 @@ static bool check_program_table(struct image *image, const Elf64_Ehdr *header)
                             (unsigned long long)header->e_phoff, header->e_phnum);
     if (header->e_phnum == PN_XNUM)
         return image_defect(image, "e_phnum is 65535, allowed is up to 65534");
-    if (header->e_phentsize != sizeof(Elf64_Phdr))
+    if (header->e_phentsize != entry)
         return image_defect(image, "program header size (e_phentsize) is %u, allowed is %zu",
-                            header->e_phentsize, sizeof(Elf64_Phdr));
-    uint64_t size = header->e_phnum * (uint64_t)sizeof(Elf64_Phdr);
+                            header->e_phentsize, entry);
+    uint64_t size = header->e_phnum * (uint64_t)entry;
     if (header->e_phoff > image->size || size > image->size - header->e_phoff)
         return image_defect(image,
                             "program header table (e_phoff 0x%llx, %u entries) lies outside "
@@ -151,15 +163,29 @@ static bool check_program_table(struct image *image, const Elf64_Ehdr *header)
     return true;
 }
 
-bool elf_check_header(struct image *image, const Elf64_Ehdr *header)
+/* What the code expects of the processor and of its callers. */
+static bool check_arm_flags(struct image *image, const Elf64_Ehdr *header)
+{
+    if ((header->e_flags & EF_ARM_EABIMASK) != EF_ARM_EABI_VER5)
+        return image_defect(image, "Arm EABI version (e_flags 0x%x) is %u, allowed is 5",
+                            header->e_flags, (header->e_flags & EF_ARM_EABIMASK) >> 24);
+    if ((header->e_flags & EF_ARM_BE8) != 0)
+        return image_defect(image, "big-endian Arm data (e_flags 0x%x has EF_ARM_BE8)",
+                            header->e_flags);
+    return true;
+}
+
+bool elf_check_header(struct image *image, const struct elf_kind *kind, const Elf64_Ehdr *header)
 {
     if (!check_type(image, header))
         return false;
     if (header->e_version != EV_CURRENT)
         return image_defect(image, "ELF version (e_version) is %u, allowed is 1",
                             header->e_version);
-    if (header->e_ehsize != sizeof(Elf64_Ehdr))
+    if (header->e_ehsize != header_size(kind->class))
         return image_defect(image, "ELF header size (e_ehsize) is %u, allowed is %zu",
-                            header->e_ehsize, sizeof(Elf64_Ehdr));
-    return check_program_table(image, header) && check_section_table(image, header);
+                            header->e_ehsize, header_size(kind->class));
+    if (kind->machine == EM_ARM && !check_arm_flags(image, header))
+        return false;
+    return check_program_table(image, kind, header) && check_section_table(image, kind, header);
 }

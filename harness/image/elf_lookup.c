@@ -79,12 +79,12 @@ static bool check_hash(struct elf *elf)
 
 static bool gnu_finds(const struct elf *elf, const char *name, uint32_t index, uint32_t run)
 {
-    uint32_t hash = gnu_hash_of(name);
-    uint64_t filter = elf->gnu_filter[hash / 64 & (elf->gnu_filter_size - 1)];
+    uint32_t hash = gnu_hash_of(name), bits = 8 * elf->kind->word;
+    uint64_t filter = elf->gnu_filter[hash / bits & (elf->gnu_filter_size - 1)];
     uint32_t bucket = elf->gnu_buckets[hash % elf->gnu_bucket_count];
-    return (filter >> hash % 64 & 1) != 0 && (filter >> (hash >> elf->gnu_shift) % 64 & 1) != 0 &&
-           bucket != 0 && bucket >= run && bucket <= index &&
-           (elf->gnu_chains[index - elf->gnu_first] | 1) == (hash | 1);
+    return (filter >> hash % bits & 1) != 0 &&
+           (filter >> (hash >> elf->gnu_shift) % bits & 1) != 0 && bucket != 0 && bucket >= run &&
+           bucket <= index && (elf->gnu_chains[index - elf->gnu_first] | 1) == (hash | 1);
 }
 
 static bool check_gnu_hash(struct elf *elf)

@@ -4,39 +4,14 @@
  */
 #include "image/elf.h"
 
-#include <stdlib.h>
-
 typedef unsigned long long ull;
 
-/* psABI x86-64, table 4.9. width: bytes patched; 0: none or unknown. */
-static const struct reloc_type {
-    const char *name;
-    enum image_reloc_kind kind;
-    unsigned width;
-} types[] = {
-#define TYPE(name, kind, width) [R_X86_64_##name] = { "R_X86_64_" #name, IMAGE_RELOC_##kind, width }
-    TYPE(NONE, OTHER, 0),        TYPE(64, SYMBOLIC, 8),         TYPE(PC32, SYMBOLIC, 4),
-    TYPE(GOT32, OTHER, 4),       TYPE(PLT32, SYMBOLIC, 4),      TYPE(COPY, SYMBOLIC, 0),
-    TYPE(GLOB_DAT, SYMBOLIC, 8), TYPE(JUMP_SLOT, SYMBOLIC, 8),  TYPE(RELATIVE, RELATIVE, 8),
-    TYPE(GOTPCREL, OTHER, 4),    TYPE(32, SYMBOLIC, 4),         TYPE(32S, SYMBOLIC, 4),
-    TYPE(16, SYMBOLIC, 2),       TYPE(PC16, SYMBOLIC, 2),       TYPE(8, SYMBOLIC, 1),
-    TYPE(PC8, SYMBOLIC, 1),      TYPE(DTPMOD64, TLS, 8),        TYPE(DTPOFF64, TLS, 8),
-    TYPE(TPOFF64, TLS, 8),       TYPE(TLSGD, TLS, 4),           TYPE(TLSLD, TLS, 4),
-    TYPE(DTPOFF32, TLS, 4),      TYPE(GOTTPOFF, TLS, 4),        TYPE(TPOFF32, TLS, 4),
-    TYPE(PC64, SYMBOLIC, 8),     TYPE(GOTOFF64, OTHER, 8),      TYPE(GOTPC32, OTHER, 4),
-    TYPE(GOT64, OTHER, 8),       TYPE(GOTPCREL64, OTHER, 8),    TYPE(GOTPC64, OTHER, 8),
-    TYPE(GOTPLT64, OTHER, 8),    TYPE(PLTOFF64, OTHER, 8),      TYPE(SIZE32, SYMBOLIC, 4),
-    TYPE(SIZE64, SYMBOLIC, 8),   TYPE(GOTPC32_TLSDESC, TLS, 4), TYPE(TLSDESC_CALL, TLS, 0),
-    TYPE(TLSDESC, TLS, 16),      TYPE(IRELATIVE, INDIRECT, 8),  TYPE(RELATIVE64, RELATIVE, 8),
-    TYPE(GOTPCRELX, OTHER, 4),   TYPE(REX_GOTPCRELX, OTHER, 4),
-#undef TYPE
-};
-static const struct reloc_type unknown_type = { "?", IMAGE_RELOC_OTHER, 0 };
+static const struct elf_reloc_type unknown_type = { "?", IMAGE_RELOC_OTHER, 0 };
 
-static const struct reloc_type *type_of(uint32_t type)
+static const struct elf_reloc_type *type_of(const struct elf_kind *kind, uint32_t type)
 {
-    bool known = type < sizeof types / sizeof types[0] && types[type].name != NULL;
-    return known ? &types[type] : &unknown_type;
+    bool known = type < kind->reloc_type_count && kind->reloc_types[type].name != NULL;
+    return known ? &kind->reloc_types[type] : &unknown_type;
 }
 
 /* What the table being read looks like. */
@@ -70,19 +45,20 @@ static bool add_reloc(struct elf *elf, const struct reloc_table *table, uint64_t
 {
     struct image *image = elf->image;
     uint32_t type = (uint32_t)ELF64_R_TYPE(info);
-    const struct reloc_type *known = type_of(type);
+    const struct elf_reloc_type *known = type_of(elf->kind, type);
     struct image_reloc reloc = { .vaddr = vaddr,
                                  .addend = addend,
                                  .kind = known->kind,
                                  .type = type,
-                                 .type_name = known->name };
-    if (type == R_X86_64_NONE)
+                                 .type_name = known->name,
+                                 .width = known->width };
+    if (type == elf->kind->reloc_none)
         return true;
     if (image_segment_at(image, vaddr, known->width != 0 ? known->width : 1) == NULL)
         return image_defect(image, "%s: entry %llu (%s) patches 0x%llx, which lies in no segment",
                             elf_tag_name(table->where), (ull)index, known->name, (ull)vaddr);
-    if (image->reloc_count == ELF_MAX_RELOCS)
-        return image_defect(image, "has more than %u relocations", ELF_MAX_RELOCS);
+    if (image->reloc_count == IMAGE_MAX_RELOCS)
+        return image_defect(image, "has more than %u relocations", IMAGE_MAX_RELOCS);
     if (!name_symbol(elf, table, index, (uint32_t)ELF64_R_SYM(info), &reloc))
         return false;
     if (known->kind == IMAGE_RELOC_TLS)
@@ -104,12 +80,18 @@ static bool read_rela(struct elf *elf, const struct reloc_table *table, const El
 }
 
 /* The addend of REL and RELR stands in the word itself. */
+static int64_t word_at(const struct elf *elf, uint64_t vaddr)
+{
+    uint64_t word = image_word(elf->image, vaddr, elf->kind->word);
+    return elf->kind->word == 4 ? (int32_t)(uint32_t)word : (int64_t)word;
+}
+
 static bool read_rel(struct elf *elf, const struct reloc_table *table, const Elf64_Rel *rel,
                      uint64_t count)
 {
     for (uint64_t i = 0; i < count; i++) {
-        int64_t addend = (int64_t)image_word(elf->image, rel[i].r_offset);
-        if (!add_reloc(elf, table, i, rel[i].r_offset, rel[i].r_info, addend))
+        if (!add_reloc(elf, table, i, rel[i].r_offset, rel[i].r_info,
+                       word_at(elf, rel[i].r_offset)))
             return false;
     }
     return true;
@@ -118,20 +100,21 @@ static bool read_rel(struct elf *elf, const struct reloc_table *table, const Elf
 static bool add_relr(struct elf *elf, const struct reloc_table *table, uint64_t index,
                      uint64_t vaddr)
 {
-    return add_reloc(elf, table, index, vaddr, ELF64_R_INFO(0, R_X86_64_RELATIVE),
-                     (int64_t)image_word(elf->image, vaddr));
+    return add_reloc(elf, table, index, vaddr, ELF64_R_INFO(0, elf->kind->reloc_relative),
+                     word_at(elf, vaddr));
 }
 
-/* An even entry is an address; an odd one is a bitmap of the 63 words that follow. */
-static bool read_relr(struct elf *elf, const struct reloc_table *table, const Elf64_Xword *relr,
+/* An even entry is an address; an odd one is a bitmap of the 63 (31) words that follow. */
+static bool read_relr(struct elf *elf, const struct reloc_table *table, const uint64_t *relr,
                       uint64_t count)
 {
+    unsigned word = elf->kind->word, bits = 8 * word;
     uint64_t next = 0;
     for (uint64_t i = 0; i < count; i++) {
         if ((relr[i] & 1) == 0) {
             if (!add_relr(elf, table, i, relr[i]))
                 return false;
-            next = relr[i] + 8;
+            next = relr[i] + word;
             continue;
         }
         if (i == 0)
@@ -139,18 +122,18 @@ static bool read_relr(struct elf *elf, const struct reloc_table *table, const El
                                 "DT_RELR starts with a bitmap (0x%llx), not with an "
                                 "address",
                                 (ull)relr[i]);
-        for (unsigned bit = 1; bit < 64; bit++) {
-            if ((relr[i] >> bit & 1) != 0 && !add_relr(elf, table, i, next + 8 * (bit - 1)))
+        for (unsigned bit = 1; bit < bits; bit++) {
+            if ((relr[i] >> bit & 1) != 0 && !add_relr(elf, table, i, next + word * (bit - 1)))
                 return false;
         }
-        next += 8 * 63;
+        next += word * (bits - 1);
     }
     return true;
 }
 
 static bool read_table(struct elf *elf, const struct reloc_table *table)
 {
-    uint64_t size = elf->tag[table->size], record = elf_record_size(table->record);
+    uint64_t size = elf->tag[table->size], record = elf_record_size(elf, table->record);
     if (elf->has_tag[table->where] != elf->has_tag[table->size])
         return image_defect(elf->image, "dynamic table has %s without %s",
                             elf_tag_name(elf->has_tag[table->where] ? table->where : table->size),
@@ -201,38 +184,13 @@ static bool read_jmprel(struct elf *elf, const struct reloc_table *rela,
     return read_table(elf, &jmprel);
 }
 
-static int compare_relocs(const void *left, const void *right)
-{
-    const struct image_reloc *a = left, *b = right;
-    return (a->vaddr > b->vaddr) - (a->vaddr < b->vaddr);
-}
-
-/* Two relocations of one word: the result depends on the order in which a loader goes. */
-static bool check_overlap(struct image *image)
-{
-    const struct image_reloc *relocs = image->relocs;
-    for (size_t i = 1; i < image->reloc_count; i++) {
-        unsigned width = type_of(relocs[i - 1].type)->width;
-        if (relocs[i].vaddr - relocs[i - 1].vaddr < (width != 0 ? width : 1))
-            return image_defect(image,
-                                "two relocations patch the same bytes (%s at 0x%llx, %s at "
-                                "0x%llx)",
-                                relocs[i - 1].type_name, (ull)relocs[i - 1].vaddr,
-                                relocs[i].type_name, (ull)relocs[i].vaddr);
-    }
-    return true;
-}
-
 bool elf_read_relocs(struct elf *elf)
 {
     static const struct reloc_table rela = { ELF_RELA, ELF_RELASZ, ELF_RECORD_RELA };
     static const struct reloc_table rel = { ELF_REL, ELF_RELSZ, ELF_RECORD_REL };
-    static const struct reloc_table relr = { ELF_RELR, ELF_RELRSZ, ELF_RECORD_XWORD };
+    static const struct reloc_table relr = { ELF_RELR, ELF_RELRSZ, ELF_RECORD_ADDRESS };
     if (!read_table(elf, &rela) || !read_table(elf, &rel) || !read_table(elf, &relr) ||
         !read_jmprel(elf, &rela, &rel))
         return false;
-    struct image *image = elf->image;
-    if (image->reloc_count != 0)
-        qsort(image->relocs, image->reloc_count, sizeof image->relocs[0], compare_relocs);
-    return check_overlap(image);
+    return image_sort_relocs(elf->image);
 }

@@ -9,16 +9,24 @@ typedef unsigned long long ull;
 
 static uint64_t page_down(uint64_t vaddr)
 {
-    return vaddr & ~(uint64_t)(ELF_PAGE - 1);
+    return vaddr & ~(uint64_t)(IMAGE_PAGE - 1);
 }
 
 static uint64_t page_up(uint64_t vaddr)
 {
-    return page_down(vaddr + ELF_PAGE - 1);
+    return page_down(vaddr + IMAGE_PAGE - 1);
 }
 
-static bool check_file_range(struct image *image, size_t index, const Elf64_Phdr *ph)
+/* A page to spare, so that rounding up cannot wrap. */
+static bool leaves_address_space(const struct elf *elf, const Elf64_Phdr *ph)
 {
+    uint64_t top = elf->kind->address_max - IMAGE_PAGE;
+    return ph->p_memsz > top || ph->p_vaddr > top - ph->p_memsz;
+}
+
+static bool check_file_range(const struct elf *elf, size_t index, const Elf64_Phdr *ph)
+{
+    struct image *image = elf->image;
     if (ph->p_offset > image->size || ph->p_filesz > image->size - ph->p_offset)
         return image_defect(image,
                             "program header %zu: p_offset 0x%llx + p_filesz 0x%llx lies outside "
@@ -28,7 +36,7 @@ static bool check_file_range(struct image *image, size_t index, const Elf64_Phdr
         return image_defect(image,
                             "program header %zu: p_filesz 0x%llx is larger than p_memsz 0x%llx",
                             index, (ull)ph->p_filesz, (ull)ph->p_memsz);
-    if (ph->p_memsz > UINT64_MAX - ELF_PAGE || ph->p_vaddr > UINT64_MAX - ELF_PAGE - ph->p_memsz)
+    if (leaves_address_space(elf, ph))
         return image_defect(image,
                             "program header %zu: p_vaddr 0x%llx + p_memsz 0x%llx runs past the "
                             "end of the address space",
@@ -41,9 +49,9 @@ static bool check_alignment(struct image *image, size_t index, const Elf64_Phdr 
     if (ph->p_align > 1 && (ph->p_align & (ph->p_align - 1)) != 0)
         return image_defect(image, "program header %zu: p_align 0x%llx is not a power of two",
                             index, (ull)ph->p_align);
-    if (ph->p_align > ELF_MAX_SPAN)
+    if (ph->p_align > IMAGE_MAX_SPAN)
         return image_defect(image, "program header %zu: p_align 0x%llx, allowed is up to 0x%x",
-                            index, (ull)ph->p_align, ELF_MAX_SPAN);
+                            index, (ull)ph->p_align, IMAGE_MAX_SPAN);
     if (ph->p_align > 1 && ((ph->p_vaddr - ph->p_offset) & (ph->p_align - 1)) != 0)
         return image_defect(image,
                             "program header %zu: p_vaddr 0x%llx and p_offset 0x%llx differ modulo "
@@ -90,7 +98,7 @@ static bool read_load(struct elf *elf, size_t index, const Elf64_Phdr *ph)
                                      .file_size = ph->p_filesz,
                                      .file_offset = ph->p_offset,
                                      .perm = permissions(ph->p_flags) };
-    if (!check_file_range(image, index, ph) || !check_alignment(image, index, ph))
+    if (!check_file_range(elf, index, ph) || !check_alignment(image, index, ph))
         return false;
     if (ph->p_memsz == 0)
         return true;
@@ -99,7 +107,7 @@ static bool read_load(struct elf *elf, size_t index, const Elf64_Phdr *ph)
     if (image->segment_count == 0)
         image->span_begin = page_down(ph->p_vaddr);
     image->span_end = page_up(ph->p_vaddr + ph->p_memsz);
-    if (image->span_end - image->span_begin > ELF_MAX_SPAN)
+    if (image->span_end - image->span_begin > IMAGE_MAX_SPAN)
         return image_defect(image,
                             "program header %zu: the segments reach from 0x%llx to 0x%llx, "
                             "allowed are 256 MiB",
@@ -118,7 +126,7 @@ static bool read_tls(struct elf *elf, size_t index, const Elf64_Phdr *ph)
         return image_defect(elf->image, "program header %zu: a second PT_TLS", index);
     elf->image->has_tls = true;
     elf->image->tls_size = ph->p_memsz;
-    return check_file_range(elf->image, index, ph);
+    return check_file_range(elf, index, ph);
 }
 
 static bool read_stack(struct elf *elf, size_t index, const Elf64_Phdr *ph)
@@ -137,7 +145,7 @@ static bool read_relro(struct elf *elf, size_t index, const Elf64_Phdr *ph)
         return true;
     if (image->relro_begin != image->relro_end)
         return image_defect(image, "program header %zu: a second PT_GNU_RELRO", index);
-    if (ph->p_memsz > UINT64_MAX - ELF_PAGE || ph->p_vaddr > UINT64_MAX - ELF_PAGE - ph->p_memsz)
+    if (leaves_address_space(elf, ph))
         return image_defect(image,
                             "program header %zu: PT_GNU_RELRO 0x%llx + 0x%llx runs past the end "
                             "of the address space",
@@ -153,7 +161,7 @@ static bool read_dynamic_header(struct elf *elf, size_t index, const Elf64_Phdr 
         return image_defect(elf->image, "program header %zu: a second PT_DYNAMIC", index);
     elf->has_dynamic = true;
     elf->dynamic = *ph;
-    return check_file_range(elf->image, index, ph);
+    return check_file_range(elf, index, ph);
 }
 
 static const struct {
@@ -211,8 +219,8 @@ bool elf_finish_segments(struct elf *elf)
     struct image *image = elf->image;
     if (image->segment_count == 0)
         return image_defect(image, "has no loadable segment (PT_LOAD): nothing to map");
-    if (image->align < ELF_PAGE)
-        image->align = ELF_PAGE;
+    if (image->align < IMAGE_PAGE)
+        image->align = IMAGE_PAGE;
     if (!image->exec_stack_stated)
         image->exec_stack = true;
     return check_relro(image) && check_dynamic(elf);

@@ -35,15 +35,27 @@ static bool is_place(const Elf64_Sym *symbol)
     return symbol->st_shndx != SHN_ABS && ELF64_ST_TYPE(symbol->st_info) != STT_TLS;
 }
 
-const char *elf_symbol_lie(const struct image *image, const Elf64_Sym *symbol)
+static bool is_code(const Elf64_Sym *symbol)
 {
     enum image_symbol_kind kind = symbol_kind(symbol);
-    bool code = kind == IMAGE_SYMBOL_FUNC || kind == IMAGE_SYMBOL_IFUNC;
+    return kind == IMAGE_SYMBOL_FUNC || kind == IMAGE_SYMBOL_IFUNC;
+}
+
+uint64_t elf_symbol_vaddr(const struct elf *elf, const Elf64_Sym *symbol)
+{
+    bool marked = elf->kind->thumb && is_code(symbol);
+    return marked ? symbol->st_value & ~(uint64_t)1 : symbol->st_value;
+}
+
+const char *elf_symbol_lie(const struct elf *elf, const Elf64_Sym *symbol)
+{
+    const struct image *image = elf->image;
+    uint64_t vaddr = elf_symbol_vaddr(elf, symbol);
     if (!is_place(symbol))
         return NULL;
-    if (image_segment_at(image, symbol->st_value, 1) == NULL)
-        return code || symbol->st_size != 0 ? "lies in no segment" : NULL;
-    if (image_segment_at(image, symbol->st_value, symbol->st_size) == NULL)
+    if (image_segment_at(image, vaddr, 1) == NULL)
+        return is_code(symbol) || symbol->st_size != 0 ? "lies in no segment" : NULL;
+    if (image_segment_at(image, vaddr, symbol->st_size) == NULL)
         return "runs past the end of its segment";
     return NULL;
 }
@@ -51,48 +63,20 @@ const char *elf_symbol_lie(const struct image *image, const Elf64_Sym *symbol)
 bool elf_add_symbol(struct elf *elf, const Elf64_Sym *symbol, const char *name, bool exported)
 {
     struct image *image = elf->image;
+    uint64_t vaddr = elf_symbol_vaddr(elf, symbol);
     const struct image_segment *segment =
-        is_place(symbol) ? image_segment_at(image, symbol->st_value, 1) : NULL;
+        is_place(symbol) ? image_segment_at(image, vaddr, 1) : NULL;
     if (!image_make_room(&image->symbols, image->symbol_count, sizeof image->symbols[0]))
         return elf_out_of_memory(elf);
     image->symbols[image->symbol_count++] =
         (struct image_symbol){ .name = name,
-                               .vaddr = symbol->st_value,
+                               .vaddr = vaddr,
                                .size = symbol->st_size,
                                .kind = symbol_kind(symbol),
                                .exported = exported,
-                               .executable = segment != NULL && (segment->perm & IMAGE_EXEC) != 0 };
+                               .executable = segment != NULL && (segment->perm & IMAGE_EXEC) != 0,
+                               .thumb = vaddr != symbol->st_value };
     return true;
-}
-
-static int compare_symbols(const void *left, const void *right)
-{
-    const struct image_symbol *a = left, *b = right;
-    if (a->vaddr != b->vaddr)
-        return a->vaddr < b->vaddr ? -1 : 1;
-    int order = a->name == b->name ? 0 : strcmp(a->name, b->name);
-    if (order != 0)
-        return order;
-    if (a->exported != b->exported)
-        return a->exported ? -1 : 1;
-    if (a->size != b->size)
-        return a->size > b->size ? -1 : 1;
-    return (a->kind > b->kind) - (a->kind < b->kind);
-}
-
-void elf_sort_symbols(struct image *image)
-{
-    struct image_symbol *symbols = image->symbols;
-    size_t kept = 0;
-    if (image->symbol_count == 0)
-        return;
-    qsort(symbols, image->symbol_count, sizeof symbols[0], compare_symbols);
-    for (size_t i = 1; i < image->symbol_count; i++) {
-        if (symbols[i].vaddr != symbols[kept].vaddr ||
-            strcmp(symbols[i].name, symbols[kept].name) != 0)
-            symbols[++kept] = symbols[i];
-    }
-    image->symbol_count = kept + 1;
 }
 
 /* ---- the dynamic symbols ---- */
@@ -124,14 +108,14 @@ static bool read_symbol(struct elf *elf, uint32_t index)
         return image_defect(elf->image,
                             "dynamic symbol %u: its name at 0x%x is outside the string table of "
                             "0x%llx bytes or longer than %u",
-                            index, symbol->st_name, (ull)elf->dynstr.size, ELF_MAX_NAME);
+                            index, symbol->st_name, (ull)elf->dynstr.size, IMAGE_MAX_NAME);
     if (ELF64_ST_TYPE(symbol->st_info) == STT_TLS)
         elf->image->has_tls = true;
     if (symbol->st_shndx == SHN_UNDEF)
         return add_undefined(elf, index, name);
     if (name[0] == '\0')
         return true;
-    const char *lie = elf_symbol_lie(elf->image, symbol);
+    const char *lie = elf_symbol_lie(elf, symbol);
     if (lie != NULL)
         return image_defect(elf->image, "dynamic symbol %.64s: 0x%llx bytes at 0x%llx: %s", name,
                             (ull)symbol->st_size, (ull)symbol->st_value, lie);
@@ -197,6 +181,6 @@ bool elf_read_dynamic_symbols(struct elf *elf)
         if (!read_symbol(elf, i))
             return false;
     }
-    elf_sort_symbols(elf->image);
+    image_sort_symbols(elf->image);
     return index_exports(elf) && elf_check_lookup(elf);
 }

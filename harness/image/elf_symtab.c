@@ -54,9 +54,10 @@ static bool find_symtab(struct elf *elf, struct symtab *table)
     for (size_t i = 1; elf_section(elf, i, &header, &name); i++) {
         if (header.sh_type != SHT_SYMTAB)
             continue;
-        table->count = header.sh_size / sizeof(Elf64_Sym);
-        if (header.sh_entsize != sizeof(Elf64_Sym) || table->count == 0 ||
-            table->count > ELF_MAX_SYMBOLS || !elf_section_in_file(elf, &header) ||
+        size_t size = elf_record_size(elf, ELF_RECORD_SYM);
+        table->count = header.sh_size / size;
+        if (header.sh_entsize != size || table->count == 0 || table->count > IMAGE_MAX_SYMBOLS ||
+            !elf_section_in_file(elf, &header) ||
             !elf_section(elf, header.sh_link, &strings, &name) || strings.sh_type != SHT_STRTAB ||
             !elf_section_in_file(elf, &strings) ||
             !elf_strings_at(elf->image, strings.sh_offset, strings.sh_size, &table->strings))
@@ -88,20 +89,28 @@ static bool add_undefined(struct elf *elf, const struct symtab *table, const Elf
                           const char *name)
 {
     bool weak = ELF64_ST_BIND(symbol->st_info) != STB_GLOBAL;
-    if (elf->image->import_count == ELF_MAX_IMPORTS ||
+    if (elf->image->import_count == IMAGE_MAX_IMPORTS ||
         bsearch(name, table->imported, table->imported_count, sizeof(table->imported[0]),
                 compare_to_name) != NULL)
         return true;
     return elf_add_import(elf, weak ? IMAGE_IMPORT_WEAK : IMAGE_IMPORT_SYMBOL, name);
 }
 
+/* Arm: "$a", "$t.1", "$d" say what kind of bytes begins there; they name nothing. */
+static bool is_mapping_symbol(const struct elf *elf, const Elf64_Sym *symbol, const char *name)
+{
+    return elf->kind->machine == EM_ARM && ELF64_ST_TYPE(symbol->st_info) == STT_NOTYPE &&
+           name[0] == '$' && name[1] != '\0' && strchr("atd", name[1]) != NULL &&
+           (name[2] == '\0' || name[2] == '.');
+}
+
 static bool add_defined(struct elf *elf, const struct symtab *table, const Elf64_Sym *symbol,
                         const char *name)
 {
-    struct image_symbol key = { .name = name, .vaddr = symbol->st_value };
+    struct image_symbol key = { .name = name, .vaddr = elf_symbol_vaddr(elf, symbol) };
     unsigned type = ELF64_ST_TYPE(symbol->st_info);
     if (type == STT_SECTION || type == STT_FILE || symbol->st_shndx == SHN_ABS ||
-        elf_symbol_lie(elf->image, symbol) != NULL)
+        elf_symbol_lie(elf, symbol) != NULL || is_mapping_symbol(elf, symbol, name))
         return true;
     if (table->dynamic_count != 0 && bsearch(&key, elf->image->symbols, table->dynamic_count,
                                              sizeof key, compare_to_symbol) != NULL)
@@ -131,6 +140,6 @@ bool elf_read_symtab(struct elf *elf)
         return true;
     bool go_on = collect_imported(elf, &table) && read_symbols(elf, &table);
     free(table.imported);
-    elf_sort_symbols(elf->image);
+    image_sort_symbols(elf->image);
     return go_on;
 }

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /*
- * image.c - gets the bytes, hashes them, finds out what they are; what the bytes mean is elf*.c.
+ * image.c - gets the bytes, hashes them, finds out what they are; what the bytes mean is elf*.c,
+ * pe*.c and flat.c.
  */
 #include "image/image_private.h"
 
@@ -148,47 +149,6 @@ static const struct {
       5, "xz-compressed data, not a module" },
 };
 
-/* PE machine numbers (Microsoft PE/COFF specification). */
-static const struct {
-    uint16_t machine;
-    enum image_target target;
-    const char *name;
-} pe_machines[] = {
-    { 0x8664, IMAGE_TARGET_X86_64, "x86-64" }, { 0x014c, IMAGE_TARGET_I386, "i386" },
-    { 0x01c0, IMAGE_TARGET_ARM, "Arm" },       { 0x01c4, IMAGE_TARGET_ARM, "Arm" },
-    { 0xaa64, IMAGE_TARGET_NONE, "AArch64" },
-};
-
-static void describe_pe(struct image *image)
-{
-    uint32_t offset = 0;
-    if (image->size >= 0x40) {
-        const uint8_t *at = image->bytes + 0x3c;
-        offset =
-            (uint32_t)at[0] | (uint32_t)at[1] << 8 | (uint32_t)at[2] << 16 | (uint32_t)at[3] << 24;
-    }
-    if (offset < 0x40 || image->size < 6 || offset > image->size - 6 ||
-        memcmp(image->bytes + offset, "PE\0\0", 4) != 0) {
-        image_defect(image, "starts with \"MZ\" but holds no PE header: not a module");
-        return;
-    }
-    uint16_t machine =
-        (uint16_t)(image->bytes[offset + 4] | (unsigned)image->bytes[offset + 5] << 8);
-    image->format = IMAGE_FORMAT_PE;
-    image->format_name = "PE";
-    image->target_name = "unknown machine";
-    for (size_t i = 0; i < sizeof pe_machines / sizeof pe_machines[0]; i++) {
-        if (pe_machines[i].machine == machine) {
-            image->target = pe_machines[i].target;
-            image->target_name = pe_machines[i].name;
-        }
-    }
-    image_defect(image,
-                 "a Windows PE module for %s (machine 0x%04x); reading them is not built yet, "
-                 "only ELF64 x86-64 is",
-                 image->target_name, (unsigned)machine);
-}
-
 static bool is_text(const uint8_t *bytes, size_t size)
 {
     size_t probe = size < TEXT_PROBE ? size : TEXT_PROBE;
@@ -206,23 +166,29 @@ static bool is_text(const uint8_t *bytes, size_t size)
     return high <= probe / 3;
 }
 
-static void describe_stranger(struct image *image)
+static bool known_stranger(struct image *image)
 {
     for (size_t i = 0; i < sizeof strangers / sizeof strangers[0]; i++) {
         if (image->size >= strangers[i].size &&
             memcmp(image->bytes, strangers[i].magic, strangers[i].size) == 0) {
             image_defect(image, "this is %s", strangers[i].what);
-            return;
+            return true;
         }
     }
-    if (is_text(image->bytes, image->size)) {
-        image_defect(image, "this is text, not a module");
-        return;
-    }
+    if (!is_text(image->bytes, image->size))
+        return false;
+    image_defect(image, "this is text, not a module");
+    return true;
+}
+
+static void describe_unknown(struct image *image)
+{
     char start[3 * 4 + 1] = "";
     for (size_t i = 0; i < 4 && i < image->size; i++)
         snprintf(start + 3 * i, 4, " %02x", image->bytes[i]);
-    image_defect(image, "starts with the bytes%s; a module starts with 7f 45 4c 46 (ELF)", start);
+    image_defect(image,
+                 "starts with the bytes%s; a module starts with 7f 45 4c 46 (ELF) or 4d 5a (PE)",
+                 start);
 }
 
 static int describe(struct image *image)
@@ -231,15 +197,15 @@ static int describe(struct image *image)
         image_defect(image, "the file is empty");
         return 0;
     }
-    if (image->size >= 2 && memcmp(image->bytes, "MZ", 2) == 0) {
-        describe_pe(image);
-        return 0;
-    }
+    if (image->size >= 2 && memcmp(image->bytes, "MZ", 2) == 0)
+        return pe_read(image);
     size_t magic = image->size < SELFMAG ? image->size : SELFMAG;
     if (memcmp(image->bytes, ELFMAG, magic) == 0)
         return elf_read(image);
-    describe_stranger(image);
-    return 0;
+    int error = 0;
+    if (!known_stranger(image) && !flat_recognise(image, &error))
+        describe_unknown(image);
+    return error;
 }
 
 /* A file that lied once has no contents: nobody works with the half that looked fine. */
@@ -262,6 +228,9 @@ static void drop_contents(struct image *image)
     image->has_tls = image->exec_stack = image->exec_stack_stated = false;
     image->has_debug_lines = false;
     image->tls_size = 0;
+    image->base = image->entry_point = 0;
+    image->fixed = image->has_entry_point = false;
+    image_free_texts(image);
 }
 
 static void hash(struct image *image)
@@ -379,10 +348,10 @@ bool image_file_range(const struct image *image, uint64_t vaddr, uint64_t size, 
     return true;
 }
 
-uint64_t image_word(const struct image *image, uint64_t vaddr)
+uint64_t image_word(const struct image *image, uint64_t vaddr, unsigned width)
 {
     uint64_t word = 0, offset;
-    for (unsigned i = 0; i < 8; i++) {
+    for (unsigned i = 0; i < width; i++) {
         if (image_file_range(image, vaddr + i, 1, &offset))
             word |= (uint64_t)image->bytes[offset] << (8 * i);
     }

@@ -8,17 +8,29 @@
  * readable but is no module is not an error of the call: the image says so in `defect` and has no
  * contents, and the rules report it.
  *
- * Nothing here is guessed from section headers that a loader would not read: segments, exports,
- * imports, relocations and initialisers come from the program headers and the dynamic table. Only
- * names of local symbols, undefined symbols that the linker resolved to null, .ctors and debug
- * information come from sections; they are there when the module was not stripped.
+ * Formats: ELF64 for x86-64, ELF32 for Arm (little-endian shared objects), PE32 for i386 and PE32+
+ * for x86-64 (DLLs), and the flat Arm image of TGMcontroller and TGZ+Motion. A flat image has no
+ * header: it is told by its name (.bin) and by its beginning, and what it exports is not known. The
+ * vendor's stamped form of it (.tgm_controller, .tgz_motion) is refused: the stamp is documented
+ * nowhere.
+ *
+ * Nothing here is guessed from tables that a loader would not read: segments, exports, imports,
+ * relocations and initialisers come from an ELF file's program headers and dynamic table, and from
+ * a PE file's section table and data directories. Only names of local symbols, undefined symbols
+ * that the linker resolved to null, .ctors and debug information come from an ELF file's sections
+ * or a PE file's COFF symbols; they are there when the module was not stripped.
  *
  * Limits, beyond which a file is defective: 256 MiB of memory, 2^18 symbols, 2^18 imports, 2^20
  * relocations, 2^16 initialisers, names of 1024 bytes. Anything that two readers could understand
  * differently is a defect, too: overlapping segments or relocations, a name exported twice or not
- * found through the hash table, a dynamic tag stated twice.
+ * found through the hash table or by halves, a dynamic tag stated twice, a PE directory with a size
+ * and no place.
  *
- * Addresses are virtual addresses inside the module, as the file states them (usually from 0).
+ * Addresses (vaddr) are virtual addresses inside the module, as the file states them (usually from
+ * 0). In memory an address is load address + vaddr. PE: vaddr is the relative virtual address
+ * (RVA); where the file itself states addresses that count on its ImageBase, that has been taken
+ * off.
+ *
  * All strings and arrays are owned by the image and live until image_close(). Names are the file's
  * own bytes up to a zero byte: escape them before they reach a terminal, a page or a report.
  */
@@ -31,7 +43,18 @@
 
 #define IMAGE_WHY 512
 
-enum image_format { IMAGE_FORMAT_NONE, IMAGE_FORMAT_ELF64, IMAGE_FORMAT_ELF32, IMAGE_FORMAT_PE };
+/* Where a flat image has to lie, and how much memory there is for it (manual: TGMcontroller, PLC
+ * project). What the file does not fill is the module's memory, too, with unknown contents. */
+#define IMAGE_FLAT_BASE   0x07800000u
+#define IMAGE_FLAT_REGION 0x00800000u
+
+enum image_format {
+    IMAGE_FORMAT_NONE,
+    IMAGE_FORMAT_ELF64,
+    IMAGE_FORMAT_ELF32,
+    IMAGE_FORMAT_PE, /* PE32 on i386, PE32+ on x86-64 */
+    IMAGE_FORMAT_FLAT
+};
 enum image_target { IMAGE_TARGET_NONE, IMAGE_TARGET_X86_64, IMAGE_TARGET_I386, IMAGE_TARGET_ARM };
 
 enum { IMAGE_READ = 1, IMAGE_WRITE = 2, IMAGE_EXEC = 4 };
@@ -63,6 +86,14 @@ struct image_symbol {
     enum image_symbol_kind kind;
     bool exported;   /* visible to whoever loads the module (dynamic symbol, global or weak) */
     bool executable; /* a place in the module, in a segment with IMAGE_EXEC */
+    bool thumb;      /* Arm: Thumb code; vaddr is even, a call sets bit 0 of the address */
+
+    /* PE only. An export without a name is called "#7" after its ordinal. A forwarded export is no
+     * place in this module (vaddr 0, IMAGE_SYMBOL_OTHER): it stands for "OTHER.Name" or "OTHER.#7",
+     * which is an IMAGE_IMPORT_FILTER as well. */
+    bool by_ordinal;
+    uint32_t ordinal;
+    const char *forwarder; /* NULL when none */
 };
 
 enum image_import_kind {
@@ -70,14 +101,17 @@ enum image_import_kind {
     IMAGE_IMPORT_WEAK,    /* weak undefined symbol: null unless somebody happens to provide it;
                              without a user the linker has made it null for good */
     IMAGE_IMPORT_LIBRARY, /* another file that has to be loaded first (DT_NEEDED, import DLL) */
-    IMAGE_IMPORT_FILTER   /* DT_FILTER, DT_AUXILIARY and the like: another file by the back door */
+    IMAGE_IMPORT_FILTER /* DT_FILTER, DT_AUXILIARY and the like, PE export forwarders: another file
+                           by the back door */
 };
 
 struct image_import {
     enum image_import_kind kind;
-    const char *name;
-    bool has_user; /* a relocation refers to the symbol; user is the place that it patches */
+    const char *name; /* PE, IMAGE_IMPORT_SYMBOL: "DLL!name" or "DLL!#7" */
+    bool has_user; /* a relocation refers to the symbol; user is the place that it patches. PE: the
+                      symbol's slot in the import address table */
     uint64_t user;
+    bool delayed; /* PE delay import: the module's own code would load it at the first call */
 };
 
 enum image_reloc_kind {
@@ -89,21 +123,31 @@ enum image_reloc_kind {
 };
 
 struct image_reloc {
-    uint64_t vaddr; /* the word that is patched; for RELATIVE, 8 bytes inside a segment's memory */
-    int64_t addend; /* for RELATIVE, what to add to the load address, also when it stands in the
-                       word itself (DT_REL, DT_RELR) */
+    uint64_t vaddr; /* the word that is patched; for RELATIVE, width bytes in a segment's memory */
+    /*
+     * For RELATIVE, what to add to the load address, also when it stands in the word itself
+     * (DT_REL, DT_RELR, PE): the word becomes load address + addend, modulo 2^(8 * width).
+     *
+     * A PE file's word holds ImageBase + addend, right for a module that lies at ImageBase; a
+     * Windows loader adds the distance from there instead, with the same result.
+     */
+    int64_t addend;
     enum image_reloc_kind kind;
-    uint32_t type;         /* the file format's own number */
+    uint32_t type;         /* the file format's own number; IMAGE_RELOC_IAT has none */
     const char *type_name; /* "R_X86_64_RELATIVE"; "?" when unknown */
     const char *symbol;    /* NULL when none */
+    unsigned width;        /* bytes patched, 0: unknown */
 };
+
+/* A slot of a PE import address table, which a loader fills with the address of the symbol. */
+#define IMAGE_RELOC_IAT UINT32_MAX
 
 /* Code that a dynamic linker would run before anybody calls the module. */
 struct image_initialiser {
     const char *what; /* "DT_PREINIT_ARRAY", "DT_INIT", "DT_INIT_ARRAY", "DT_FINI_ARRAY", "DT_FINI",
-                         ".ctors", ".dtors"; e_entry of an ELF shared object is none, no loader
-                         calls it */
-    uint64_t vaddr;   /* the function; 0 when the array cannot be resolved */
+                         ".ctors", ".dtors"; "TLS callback" (PE); e_entry of an ELF shared object is
+                         none, no loader calls it; for PE and flat images see entry_point */
+    uint64_t vaddr;   /* the function; 0 when the array cannot be resolved; Thumb bit taken off */
     unsigned index;   /* position in its array */
 };
 
@@ -115,7 +159,7 @@ struct image {
 
     enum image_format format;
     enum image_target target;
-    const char *format_name; /* "ELF64", "ELF32", "PE", "" */
+    const char *format_name; /* "ELF64", "ELF32", "PE", "flat", "" */
     const char *target_name; /* "x86-64", "i386", "Arm", "AArch64", ... "unknown machine", "" */
 
     /* Why the file cannot be a module at all, "" when it can: one sentence that names the field,
@@ -123,11 +167,27 @@ struct image {
      * empty. */
     char defect[IMAGE_WHY];
 
+    /* A flat image states no permissions; its one segment is called readable and executable, and it
+     * holds the module's data, too: whoever runs it has to let it write there. */
     struct image_segment *segments; /* ascending, none empty, no two overlap; two that share a page
                                        have the same permissions */
     size_t segment_count;
     uint64_t span_begin, span_end; /* page-aligned hull of all segments, at most 256 MiB */
     uint64_t align; /* the load address has to be a multiple: power of two, at least 4096 */
+    /* The load address that the file was linked for: PE ImageBase, else 0. fixed: it runs nowhere
+     * else (a flat image, whose vaddr are its addresses in memory; PE marked as stripped of its
+     * relocations: without that mark a PE file without relocations claims to run anywhere). */
+    uint64_t base;
+    bool fixed;
+
+    /*
+     * Code that the format has a loader call once, before any export. PE: AddressOfEntryPoint
+     * (DllMain), called by Windows; the manual does not say that TG Motion calls it, only that
+     * constructors, which such code would run, are not run. Flat: GetProcAddress, which the
+     * controller calls. ELF: none.
+     */
+    bool has_entry_point;
+    uint64_t entry_point;
 
     struct image_symbol *symbols; /* defined ones, exported or not, sorted by vaddr, then name; no
                                      name is exported twice */
@@ -141,7 +201,8 @@ struct image {
 
     bool has_tls;
     uint64_t tls_size;
-    bool exec_stack;        /* the file asks for an executable stack (or does not rule it out) */
+    bool exec_stack; /* the file asks for an executable stack (or does not rule it out). PE: it is
+                        not marked NX compatible. Flat: false, there is nothing to ask */
     bool exec_stack_stated; /* false: the file has no statement about its stack */
     /* Read-only after relocation (PT_GNU_RELRO), as stated: not rounded to pages. Equal when none.
      */
@@ -149,6 +210,7 @@ struct image {
     bool has_debug_lines;
 
     void *lines; /* private to lines.c */
+    void *texts; /* private to image_text.c: names that do not stand in the file as they are */
 };
 
 /* A place in the module as a person wants to read it. */

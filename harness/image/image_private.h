@@ -7,6 +7,15 @@
 
 #include "image/image.h"
 
+/* More than any controller program has, and few enough that no file makes the reader slow. */
+#define IMAGE_MAX_SPAN         (256u << 20)
+#define IMAGE_MAX_SYMBOLS      (1u << 18)
+#define IMAGE_MAX_RELOCS       (1u << 20)
+#define IMAGE_MAX_IMPORTS      (1u << 18)
+#define IMAGE_MAX_INITIALISERS (1u << 16)
+#define IMAGE_MAX_NAME         1024u
+#define IMAGE_PAGE             4096u
+
 /*
  * States why the file can be no module. Only the first statement of an image counts: later ones
  * are mostly consequences. The sentence is made safe to print (the file's own names go into it).
@@ -26,15 +35,39 @@ bool image_make_room(void *array_pointer, size_t count, size_t item_size);
  * all of it from the file. size > 0. */
 bool image_file_range(const struct image *image, uint64_t vaddr, uint64_t size, uint64_t *offset);
 
-/* The 8 little-endian bytes at a module address, zero where the file has none. */
-uint64_t image_word(const struct image *image, uint64_t vaddr);
+/* The width (up to 8) little-endian bytes at a module address, zero where the file has none. */
+uint64_t image_word(const struct image *image, uint64_t vaddr, unsigned width);
 
-/* Describes an ELF file: fills the image, or its defect. 0 or negative errno (no memory). */
+/* Sorts the symbols by address, then name; of equal ones the exported one stays. */
+void image_sort_symbols(struct image *image);
+/* Sorts the relocations; a defect when two patch the same byte. */
+bool image_sort_relocs(struct image *image);
+
+/*
+ * A copy of some text that lives as long as the image, for a name that does not stand in the file
+ * as it is. NULL when memory ran out or, with a defect, when a file asks for more than 16 MiB of
+ * it.
+ */
+const char *image_text(struct image *image, const char *format, ...)
+    __attribute__((format(printf, 2, 3)));
+void image_free_texts(struct image *image);
+
+/*
+ * Describe a file of their kind: fill the image, or its defect. 0 or negative errno (no memory).
+ * flat_recognise() says by name and beginning whether the file is one of the vendor's kinds that
+ * have no magic number; then the image is described.
+ */
 int elf_read(struct image *image);
+int pe_read(struct image *image);
+bool flat_recognise(struct image *image, int *error);
+
+/* A file with the PE image's debug sections and nothing else, for libdw: an ELF file in memory that
+ * the caller frees. NULL when there are none or memory ran out. */
+void *pe_debug_as_elf(const struct image *image, size_t *size);
 
 /* libelf's handle on the image's bytes, NULL when there is none. End with elf_handle_free(). */
 struct Elf;
-struct Elf *elf_handle_new(const struct image *image);
+struct Elf *elf_handle_new(const void *bytes, size_t size);
 void elf_handle_free(struct Elf *handle);
 
 /* State behind image_where(). NULL when memory ran out. */

@@ -82,6 +82,8 @@ static void add_row(const struct image *image, struct block *block, Dwarf_Line *
     bool end = false;
     if (block->row_count == MAX_ROWS || dwarf_lineaddr(line, &vaddr) != 0)
         return;
+    /* Debug information of a PE file counts on its preferred address. */
+    vaddr -= image->base;
     if (dwarf_lineno(line, &number) != 0 || number < 0)
         number = 0;
     /* Lines of functions that the linker threw away start at 0. The end of a function may be the
@@ -136,6 +138,7 @@ static int add_declaration(Dwarf_Die *function, void *argument)
     if (block->row_count == MAX_ROWS || dwarf_lowpc(function, &vaddr) != 0 ||
         dwarf_decl_line(function, &number) != 0 || number <= 0)
         return DWARF_CB_OK;
+    vaddr -= d->image->base;
     const struct image_segment *segment = image_segment_at(d->image, vaddr, 1);
     if (segment == NULL || (segment->perm & IMAGE_EXEC) == 0)
         return DWARF_CB_OK;
@@ -176,7 +179,11 @@ static void add_declarations(const struct image *image, struct block *block, Dwa
 
 static void extract(const struct image *image, struct block *block)
 {
-    Elf *elf = elf_handle_new(image);
+    size_t size = image->size;
+    void *rewritten = image->format == IMAGE_FORMAT_PE ? pe_debug_as_elf(image, &size) : NULL;
+    if (image->format == IMAGE_FORMAT_PE && rewritten == NULL)
+        return;
+    Elf *elf = elf_handle_new(rewritten != NULL ? rewritten : image->bytes, size);
     Dwarf *dwarf = elf != NULL ? dwarf_begin_elf(elf, DWARF_C_READ, NULL) : NULL;
     Dwarf_Off offset = 0, next;
     Dwarf_Files *files;

@@ -19,6 +19,10 @@
  * TG Motion expects. Global variables have no initial values and constructors do not run: whatever
  * must have a value gets it in Program_Ini (manual: "Program_Ini", warning).
  *
+ * The Windows names that the manual uses (LPCWSTR, PLARGE_INTEGER, ULONG, BOOL, PUCHAR, _cdecl ...) exist when
+ * TGM_WINDOWS_NAMES is defined; on Windows they then come from <windows.h>, elsewhere from here. Without it
+ * nothing of the kind is defined, and <windows.h> may be included before or after this header.
+ *
  * Programs that are not modules (the harness, tools) define TGM_HOST before including this header:
  * then wide text is uint16_t and the six entry functions are not declared.
  */
@@ -27,6 +31,10 @@
 
 #include <stddef.h>
 #include <stdint.h>
+
+#if defined(TGM_WINDOWS_NAMES) && defined(_WIN32)
+#include <windows.h>
+#endif
 
 #ifndef TGM_GENERATION
 #define TGM_GENERATION 4
@@ -80,6 +88,40 @@ TGM_STATIC_ASSERT(sizeof(wchar_t) == 2, "compile with -fshort-wchar: TG Motion's
 extern "C" {
 #endif
 
+/* 64-bit number of SleepFt, with the members that Windows gives it. */
+#ifdef _WINNT_
+typedef LARGE_INTEGER TGM_LARGE_INTEGER;
+#else
+typedef union _TGM_LARGE_INTEGER {
+    int64_t QuadPart;
+    struct {
+        uint32_t LowPart;
+        int32_t HighPart;
+    } u;
+} TGM_LARGE_INTEGER;
+#endif
+
+#if defined(TGM_WINDOWS_NAMES) && !defined(_WIN32)
+typedef const tgm_wchar *LPCWSTR;
+typedef tgm_wchar *LPWSTR, WCHAR;
+typedef TGM_LARGE_INTEGER LARGE_INTEGER, *PLARGE_INTEGER;
+typedef uint32_t ULONG, DWORD, *PULONG;
+typedef int32_t BOOL, LONG, *PLONG;
+typedef uint8_t UCHAR, BYTE, *PUCHAR;
+typedef uint16_t USHORT, WORD;
+typedef void *PVOID;
+#ifndef TRUE
+#define TRUE  1
+#define FALSE 0
+#endif
+#ifndef __cdecl
+#define __cdecl
+#endif
+#endif
+#if defined(TGM_WINDOWS_NAMES) && !defined(_cdecl) && !defined(_MSC_VER)
+#define _cdecl __cdecl
+#endif
+
 /*
  * Diagnostic functions (manual: "Definition of diagnostic functions"). TG Motion owns them; they are
  * valid as long as the module is loaded. Text ends with 0.
@@ -95,8 +137,8 @@ typedef int32_t TGM_CALL RTWPRINTF_LONG(const tgm_wchar *format, int32_t value);
 /* Writes formatted text to buffer, at most size wide characters with the final 0; returns their number
  * without the final 0, or a negative value when they do not fit. Size is in wide characters. */
 typedef int32_t TGM_CALL SWPRINTF(tgm_wchar *buffer, size_t size, const tgm_wchar *format, ...);
-/* Waits; *interval is a number of 100 ns. Forbidden in Program_04 and Program_05. */
-typedef void TGM_CALL SLEEPFT(int64_t *interval);
+/* Waits; Pause->QuadPart is a number of 100 ns. Forbidden in Program_04 and Program_05. */
+typedef void TGM_CALL SLEEPFT(TGM_LARGE_INTEGER *Pause);
 /* Reserved by the manual: CAN telegram number Number with identifier Id and Dlc (0..8) data bytes. */
 typedef int32_t TGM_CALL CAN_TRANSMIT(uint32_t Number, uint32_t Id, uint32_t Dlc, uint8_t *Tx_Data);
 typedef int32_t TGM_CALL CAN_TRANSMITREMOTE(uint32_t Number, uint32_t Id, uint32_t Dlc, uint8_t *Tx_Data);

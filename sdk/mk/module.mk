@@ -9,6 +9,7 @@
 #   make         build/gantry.tgm, linked and verified
 #   make check   the verdict of the conformance suite
 #   make run     run it on the simulated machine (RUN_FLAGS='--for 2s')
+#   make debug   run it under gdb: break Program_04, run (TARGET=elf64)
 #   make clean
 #   V=1 with any of them shows the commands
 #
@@ -16,6 +17,7 @@
 #   TARGET          elf64 (default), pe64, pe32, tgmmini, tgmcontroller, tgzmotion: docs/targets.md
 #   TGM_GENERATION  4 or 5 (default: 4 on elf64, pe64, pe32; 5 on the others); TGM_MEMORY_ID 905 or 906
 #   CC, CXX         on elf64: gcc (default) or clang, g++ or clang++
+#   MATH            yes: link the mathematics of <tgm/math.h>
 #   MODULE_CFLAGS, MODULE_LDFLAGS   added last
 #   BUILD           default build, build/TARGET for other targets than elf64
 #   TGM             the harness program; default: the one of this SDK's tree, else tgm on the PATH
@@ -59,6 +61,7 @@ TGM_SDK_CFLAGS  := -fno-builtin $(if $(findstring clang,$(tgm_cc)),,-fno-tree-lo
 
 tgm_objects     := $(addprefix $(BUILD)/obj/,$(addsuffix .o,$(basename $(SOURCES))))
 tgm_sdk_objects := $(addprefix $(BUILD)/obj/sdk/,$(addsuffix .o,$(basename $(TGM_SDK_SOURCES))))
+tgm_math        := $(if $(filter yes,$(MATH)),$(BUILD)/obj/sdk/libtgm_math.a)
 tgm_file        := $(BUILD)/$(MODULE).tgm$(if $(tgm_flat),.bin)
 tgm_linked      := $(BUILD)/unverified/$(MODULE).tgm
 tgm_verify      := TARGET=$(TARGET) NM=$(tgm_prefix)nm READELF=$(tgm_prefix)readelf OBJDUMP=$(tgm_prefix)objdump \
@@ -71,7 +74,7 @@ tgm_q   := @
 tgm_say = @printf '  %-6s %s\n'
 endif
 
-.PHONY: all check run clean
+.PHONY: all check run debug clean
 all: $(tgm_file)
 
 $(BUILD)/obj/sdk/%.o: $(TGM_SDK)/src/%.c
@@ -84,6 +87,11 @@ $(BUILD)/obj/sdk/%.o: $(TGM_SDK)/src/%.cpp
 	$(tgm_say) CXX $(<F)
 	$(tgm_q)$(tgm_cxx) $(TGM_CXXFLAGS) $(TGM_SDK_CFLAGS) -MMD -MP -c -o $@ $<
 
+$(BUILD)/obj/sdk/libtgm_math.a: $(TGM_SDK)/mk/math.sh $(wildcard $(TGM_SDK)/src/math/*)
+	@mkdir -p $(@D)
+	$(tgm_say) MATH $@
+	$(tgm_q)$(TGM_SDK)/mk/math.sh $(@D) $(tgm_cc) $(tgm_cflags)
+
 $(BUILD)/obj/%.o: %.c
 	@mkdir -p $(@D)
 	$(tgm_say) CC $<
@@ -95,11 +103,11 @@ $(BUILD)/obj/%.o: %.cpp
 	$(tgm_q)$(tgm_cxx) $(TGM_CXXFLAGS) $(MODULE_CFLAGS) -MMD -MP -c -o $@ $<
 
 # When the link fails, verify.sh says which symbol and which source line, where the linker may not.
-$(tgm_linked): $(tgm_objects) $(tgm_sdk_objects) $(tgm_script)
+$(tgm_linked): $(tgm_objects) $(tgm_sdk_objects) $(tgm_math) $(tgm_script)
 	@mkdir -p $(@D)
 	@rm -f $@
 	$(tgm_say) LINK $@
-	$(tgm_q)$(tgm_cc) -o $@ $(tgm_objects) $(tgm_sdk_objects) $(tgm_ldflags) $(MODULE_LDFLAGS) -lgcc || \
+	$(tgm_q)$(tgm_cc) -o $@ $(tgm_objects) $(tgm_sdk_objects) $(tgm_math) $(tgm_ldflags) $(MODULE_LDFLAGS) -lgcc || \
 	    { rm -f $@; $(tgm_verify); exit 1; }
 
 $(tgm_file): $(tgm_linked) $(TGM_SDK)/mk/verify.sh
@@ -124,6 +132,10 @@ check: $(tgm_linked)
 run: $(tgm_file)
 	$(tgm_need)
 	$(TGM) run $(RUN_FLAGS) $(tgm_file)
+
+debug: $(tgm_file)
+	$(tgm_need)
+	gdb -q -x $(TGM_SDK)/gdb/tgm.gdb --args $(TGM) run --in-process $(RUN_FLAGS) $(abspath $(tgm_file))
 
 clean:
 	rm -rf $(BUILD)

@@ -96,9 +96,9 @@ const
   INTERPOLATOR_MAX_INTERPOLATOR_COMMANDS       = 12;                // argument count; 5.02 name MAX_INTERPOLATOR_PARAMETERS
   RECEIVE_DATA_CAN_BUFFER_SIZE                 = 2048;              // entries behind pReciveDataCan1
   RECEIVE_DATA_CAN_CAN_DATA_SIZE               = 8;                 // payload bytes
-  ODS_SEVERITY_SHIFT                           = 8;                 // severity occupies bits 8 and 9
-  ODS_ID_MASK                                  = $FF;               // source in low byte
-  ODS_SEVERITY_MASK                            = $03;               // applied after shift
+  ODS_SEVERITY_SHIFT                           = 8;                 // severity occupies bits 8 and 9; hidden in the 5.02 pages
+  ODS_ID_MASK                                  = $FF;               // source in low byte; hidden in the 5.02 pages
+  ODS_SEVERITY_MASK                            = $03;               // applied after shift; hidden in the 5.02 pages
   AKD_ERROR_FEEDBACK1                          = $01;               // AKD_ERROR_FEEDBACK1
   AKD_ERROR_FEEDBACK2                          = $02;               // AKD_ERROR_FEEDBACK2
   AKD_ERROR_UNDER_VOLTAGE                      = $04;               // AKD_ERROR_UNDER_VOLTAGE

@@ -82,6 +82,9 @@ const
   MFUNC_NUMBER_PAR                             = 26;                // letters A-Z (g5)
   RECEIVE_DATA_CAN_BUFFER_SIZE                 = 2048;              // entries behind pReciveDataCan1
   RECEIVE_DATA_CAN_CAN_DATA_SIZE               = 8;                 // payload bytes
+  ODS_SEVERITY_SHIFT                           = 8;                 // severity occupies bits 8 and 9; hidden in the 5.02 pages
+  ODS_ID_MASK                                  = $FF;               // source in low byte; hidden in the 5.02 pages
+  ODS_SEVERITY_MASK                            = $03;               // applied after shift; hidden in the 5.02 pages
   SERVO_TYPE_VIRTUAL                           = 0;                 // simulated servo (g5)
   SERVO_TYPE_SERVOSTAR_300_700                 = 3;                 // ServoStar 300 or 700 (g5)
   SERVO_TYPE_AKD                               = 5;                 // AKD drive (g5)

@@ -28,7 +28,6 @@ static void print(const PLC_DATA *pData, const tgm_char *line)
 #else
 
 #define MEMORY_ID_COUNTS 1
-#define SEVERITY_SHIFT   8 /* ODS_SEVERITY_SHIFT, which the header of 5.02 has hidden */
 
 static const HEADER *header_of(const PLC_DATA *pData)
 {
@@ -42,7 +41,7 @@ static int functions_are_there(const PLC_IMPORT_FUNCTIONS *f)
 
 static void print(const PLC_DATA *pData, const tgm_char *line)
 {
-    pData->functions.pRtWprintf_String_Severity(ODS_ID_PLC | ODS_SEVERITY_ERROR_02 << SEVERITY_SHIFT, line);
+    pData->functions.pRtWprintf_String_Severity(ODS_ID_PLC | ODS_SEVERITY_ERROR_02 << ODS_SEVERITY_SHIFT, line);
 }
 
 #endif

@@ -93,9 +93,9 @@
 #define INTERPOLATOR_MAX_INTERPOLATOR_COMMANDS       12             /* argument count; 5.02 name MAX_INTERPOLATOR_PARAMETERS */
 #define RECEIVE_DATA_CAN_BUFFER_SIZE                 2048           /* entries behind pReciveDataCan1 */
 #define RECEIVE_DATA_CAN_CAN_DATA_SIZE               8              /* payload bytes */
-#define ODS_SEVERITY_SHIFT                           8              /* severity occupies bits 8 and 9 */
-#define ODS_ID_MASK                                  0xFFu          /* source in low byte */
-#define ODS_SEVERITY_MASK                            0x03u          /* applied after shift */
+#define ODS_SEVERITY_SHIFT                           8              /* severity occupies bits 8 and 9; hidden in the 5.02 pages */
+#define ODS_ID_MASK                                  0xFFu          /* source in low byte; hidden in the 5.02 pages */
+#define ODS_SEVERITY_MASK                            0x03u          /* applied after shift; hidden in the 5.02 pages */
 #define AKD_ERROR_FEEDBACK1                          0x01u          /* AKD_ERROR_FEEDBACK1 */
 #define AKD_ERROR_FEEDBACK2                          0x02u          /* AKD_ERROR_FEEDBACK2 */
 #define AKD_ERROR_UNDER_VOLTAGE                      0x04u          /* AKD_ERROR_UNDER_VOLTAGE */

@@ -79,6 +79,9 @@
 #define MFUNC_NUMBER_PAR                             26             /* letters A-Z (g5) */
 #define RECEIVE_DATA_CAN_BUFFER_SIZE                 2048           /* entries behind pReciveDataCan1 */
 #define RECEIVE_DATA_CAN_CAN_DATA_SIZE               8              /* payload bytes */
+#define ODS_SEVERITY_SHIFT                           8              /* severity occupies bits 8 and 9; hidden in the 5.02 pages */
+#define ODS_ID_MASK                                  0xFFu          /* source in low byte; hidden in the 5.02 pages */
+#define ODS_SEVERITY_MASK                            0x03u          /* applied after shift; hidden in the 5.02 pages */
 #define SERVO_TYPE_VIRTUAL                           0              /* simulated servo (g5) */
 #define SERVO_TYPE_SERVOSTAR_300_700                 3              /* ServoStar 300 or 700 (g5) */
 #define SERVO_TYPE_AKD                               5              /* AKD drive (g5) */

@@ -1,0 +1,65 @@
+#!/bin/sh
+# SPDX-License-Identifier: GPL-2.0-or-later
+# tgm new: projects that build and pass untouched; wrong calls that change nothing.
+set -u
+cd "$(dirname "$0")/.."
+. tests/lib.sh
+root=$PWD
+tgm=$root/${BUILD:-build}/tgm
+cd "$work" || exit 1
+
+for lang in c cpp pascal; do
+    if [ $lang = pascal ] && ! command -v fpc >/dev/null; then
+        echo "SKIP  tgm new --lang pascal: fpc is not installed"
+        continue
+    fi
+    run "$tgm" new "gantry_$lang" --lang $lang
+    expect "new --lang $lang" 0 "gantry_$lang/ is a project"
+    for file in Makefile README.md .gitignore .vscode/tasks.json .vscode/launch.json ci-example.yml; do
+        [ -s "gantry_$lang/$file" ] && pass "$lang has $file" || fail "$lang has $file"
+    done
+    if grep -rqE 'shuttle|@[A-Z]+@|\.\./\.\./sdk' "gantry_$lang"; then
+        grep -rnE 'shuttle|@[A-Z]+@|\.\./\.\./sdk' "gantry_$lang" >"$out"
+        fail "$lang: nothing is left to fill in"
+    else
+        pass "$lang: nothing is left to fill in"
+    fi
+    python3 -c 'import json, sys; [json.load(open(f)) for f in sys.argv[1:]]' "gantry_$lang/.vscode/tasks.json" \
+        "gantry_$lang/.vscode/launch.json" && pass "$lang: editor files are JSON" || fail "$lang: editor files are JSON"
+    run make -C "gantry_$lang" check CHECK_FLAGS='--cycles 200' TGM="$tgm"
+    expect "$lang: the new project passes" 0 "RESULT: PASS"
+done
+run "$tgm" new five --generation 5
+expect "new --generation 5" 0 "generation 5"
+run make -C five TGM="$tgm"
+expect "a project for generation 5 builds" 0
+grep -q TGM_GENERATION five/Makefile && pass "and says so in its Makefile" || fail "and says so in its Makefile"
+
+before=$(find . | sort | cksum)
+run "$tgm" new gantry_c
+expect "an existing folder" 2 "exists already"
+run "$tgm" new ../escape
+expect "a bad name" 2 "is no project name"
+run "$tgm" new "two words"
+expect "a name with a blank" 2 "is no project name"
+run "$tgm" new 9lives
+expect "a name that begins with a digit" 2 "is no project name"
+run "$tgm" new x --lang rust
+expect "an unknown language" 2 "allowed: c, cpp, pascal"
+run "$tgm" new x --generation 6
+expect "an unknown generation" 2 "4 to 5"
+run "$tgm" new
+expect "no name" 2 "what shall it be called?"
+[ "$before" = "$(find . | sort | cksum)" ] && pass "wrong calls change nothing" || fail "wrong calls change nothing"
+
+# Source-level debugging: gdb knows the module's functions and variables.
+if command -v gdb >/dev/null; then
+    printf 'break Program_04\nrun\nprint plc.state\ndelete\ncontinue\n' >commands
+    make -C gantry_c TGM="$tgm" >/dev/null 2>&1
+    run gdb -q -batch -x "$root/sdk/gdb/tgm.gdb" -x commands --args "$tgm" run --in-process --for 100ms gantry_c/build/gantry_c.tgm
+    expect "make debug: breakpoints and variables" 0 "gantry_c.c:" "WAIT_FOR_BUS"
+else
+    echo "SKIP  make debug: gdb is not installed"
+fi
+
+finish
