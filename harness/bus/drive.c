@@ -148,8 +148,13 @@ static uint16_t statusword(const struct drive *drive)
     return (uint16_t)word;
 }
 
+/* Velocities beyond the object's 32 bits show as its limit. */
 static int32_t rounded(double value)
 {
+    if (value >= INT32_MAX)
+        return INT32_MAX;
+    if (value <= INT32_MIN)
+        return INT32_MIN;
     return (int32_t)(value < 0 ? value - 0.5 : value + 0.5);
 }
 
