@@ -37,7 +37,7 @@ for machine in x86_64:x86-64:DIR64 i686:i386:HIGHLOW; do
     expect "the profile pc4 does not load PE $file" 1 "file-format" "PE ${target%:*}; the profile pc4 loads an ELF64"
 done
 run "$tgm" inspect "$modules/flat.tgm.bin"
-expect "a flat image" 0 "flat Arm" "not known: a flat image has no table of them" "entry point   0x07800000" \
+expect "a flat image" 0 "flat Arm" "not known: this flat image has no table of them" "entry point   0x07800000" \
     "0x07800000 only" "1 segment"
 run "$tgm" check "$modules/flat.tgm.bin" --cycles 20
 expect "the profile pc4 does not load a flat image" 1 "flat Arm; the profile pc4 loads"

@@ -43,6 +43,55 @@ static void flat_image_is_one_piece_at_its_address(void **state)
     image_close(image);
 }
 
+/* The built module with an export table of the SDK behind it: count, self, first address and name
+ * as given. */
+static void with_table(uint8_t bytes[8192], size_t *size, uint32_t self_error, uint32_t count,
+                       uint32_t address, const char *name)
+{
+    struct image *image = open_module("flat.tgm.bin");
+    size_t at = (image->size + 3) & ~(size_t)3;
+    memset(bytes, 0, 8192);
+    memcpy(bytes, image->bytes, image->size);
+    image_close(image);
+    const uint32_t self = 0x07800000 + (uint32_t)at + self_error;
+    memcpy(bytes + at, "TGM-EXPORTS-1", 13);
+    memcpy(bytes + at + 16, &self, 4);
+    memcpy(bytes + at + 20, &count, 4);
+    memcpy(bytes + at + 24, &address, 4);
+    memcpy(bytes + at + 28, name, strlen(name));
+    *size = at + 40;
+}
+
+static void the_sdks_export_table_is_read_and_held_against_the_image(void **state)
+{
+    static uint8_t bytes[8192];
+    size_t size;
+    (void)state;
+    with_table(bytes, &size, 0, 1, 0x07800004, "Program_Ini");
+    struct image *image = open_named("x.bin", bytes, size);
+    assert_string_equal(image->defect, "");
+    const struct image_symbol *symbol = image_export(image, "Program_Ini");
+    assert_non_null(symbol);
+    assert_int_equal(symbol->vaddr, 0x07800004);
+    assert_true(symbol->executable && !symbol->thumb);
+    image_close(image);
+    with_table(bytes, &size, 4, 1, 0x07800004, "Program_Ini"); /* lies elsewhere: no table */
+    image = open_named("x.bin", bytes, size);
+    assert_string_equal(image->defect, "");
+    assert_int_equal(image->symbol_count, 0);
+    image_close(image);
+    with_table(bytes, &size, 0, 2, 0x07800004, "Program_Ini");
+    is_defect("x.bin", bytes, size, "there is room for fewer");
+    with_table(bytes, &size, 0, 0xFFFFFFFF, 0x07800004, "Program_Ini");
+    is_defect("x.bin", bytes, size, "there is room for fewer");
+    with_table(bytes, &size, 0, 1, 0x07900000, "Program_Ini");
+    is_defect("x.bin", bytes, size, "outside the image");
+    with_table(bytes, &size, 0, 1, 0x077ffffc, "Program_Ini");
+    is_defect("x.bin", bytes, size, "outside the image");
+    with_table(bytes, &size, 0, 1, 0x07800004, "");
+    is_defect("x.bin", bytes, size, "without a name");
+}
+
 static void name_decides_together_with_the_beginning(void **state)
 {
     (void)state;
@@ -158,6 +207,7 @@ static void random_bytes_are_no_flat_image(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(the_sdks_export_table_is_read_and_held_against_the_image),
         cmocka_unit_test(flat_image_is_one_piece_at_its_address),
         cmocka_unit_test(name_decides_together_with_the_beginning),
         cmocka_unit_test(stamped_files_are_refused),

@@ -161,8 +161,9 @@ static json_t *module(const struct image *image)
 
 static void contents(json_t *root, const struct image *image)
 {
-    /* A flat image has no table: nobody may read an empty list as "exports nothing". */
-    put(root, "exports", image->format == IMAGE_FORMAT_FLAT ? json_null() : exports(image));
+    /* A flat image without a table: nobody may read an empty list as "exports nothing". */
+    const bool unknown = image->format == IMAGE_FORMAT_FLAT && image->symbol_count == 0;
+    put(root, "exports", unknown ? json_null() : exports(image));
     put(root, "imports", imports(image));
     put(root, "initialisers", initialisers(image));
     put(root, "entry_point", image->has_entry_point ? address(image->entry_point) : json_null());

@@ -101,8 +101,8 @@ static void exports(const struct image *image, FILE *out)
     size_t count = 0;
     for (size_t i = 0; i < image->symbol_count; i++)
         count += image->symbols[i].exported;
-    if (image->format == IMAGE_FORMAT_FLAT) {
-        fprintf(out, LABEL "not known: a flat image has no table of them\n", "exports");
+    if (image->format == IMAGE_FORMAT_FLAT && count == 0) {
+        fprintf(out, LABEL "not known: this flat image has no table of them\n", "exports");
         return;
     }
     fprintf(out, count == 0 ? LABEL "none\n" : LABEL "%zu\n", "exports", count);

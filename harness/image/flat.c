@@ -5,7 +5,9 @@
  *
  * It has no header, so nothing is taken for one that is not called so (.bin) and does not begin
  * like a function: from its first word on there have to be Arm instructions that stay inside the
- * image, up to a return. What it exports is in no table: GetProcAddress tells whoever runs it.
+ * image, up to a return. What it exports is in no table of the format: GetProcAddress tells whoever
+ * runs it. Images made by this project's SDK carry a table of its own (sdk/src/flat.c), which
+ * counts only where it says that it lies; other images simply have no exports here.
  */
 #include "image/image_private.h"
 
@@ -99,6 +101,63 @@ static bool begins_with_a_function(struct image *image)
                         MAX_FUNCTION);
 }
 
+enum { EXPORT_MAGIC = 16, EXPORT_HEAD = 24, EXPORT_ENTRY = 16, EXPORT_NAME = 12, EXPORT_MOST = 64 };
+
+/* Offset of the SDK's export table, 0 when there is none. */
+static size_t find_export_table(const struct image *image)
+{
+    static const char magic[EXPORT_MAGIC] = "TGM-EXPORTS-1";
+    for (size_t at = 4; at + EXPORT_HEAD <= image->size; at += 4)
+        if (memcmp(image->bytes + at, magic, sizeof magic) == 0 &&
+            word_at(image, at + EXPORT_MAGIC) == IMAGE_FLAT_BASE + at)
+            return at;
+    return 0;
+}
+
+static bool add_export(struct image *image, size_t entry)
+{
+    const char *name = (const char *)image->bytes + entry + 4;
+    uint32_t address = word_at(image, entry), place = address & ~1u;
+    size_t length = strnlen(name, EXPORT_NAME);
+    if (length == 0 || length == EXPORT_NAME || place < IMAGE_FLAT_BASE ||
+        place - IMAGE_FLAT_BASE + 4 > image->size)
+        return image_defect(
+            image, "the export table at 0x%zx has an entry without a name or outside the image",
+            entry);
+    const char *copy = image_text(image, "%s", name);
+    if (copy == NULL)
+        return false;
+    image->symbols[image->symbol_count++] = (struct image_symbol){ .name = copy,
+                                                                   .vaddr = place,
+                                                                   .kind = IMAGE_SYMBOL_FUNC,
+                                                                   .exported = true,
+                                                                   .executable = true,
+                                                                   .thumb = (address & 1) != 0 };
+    return true;
+}
+
+static void add_exports(struct image *image, int *error)
+{
+    size_t table = find_export_table(image);
+    uint32_t count = table != 0 ? word_at(image, table + EXPORT_MAGIC + 4) : 0;
+    if (count == 0)
+        return;
+    if (count > EXPORT_MOST || table + EXPORT_HEAD + (size_t)count * EXPORT_ENTRY > image->size) {
+        image_defect(image, "the export table at 0x%zx says %u entries, there is room for fewer",
+                     table, count);
+        return;
+    }
+    for (uint32_t i = 0; i < count; i++) {
+        if (!image_make_room(&image->symbols, image->symbol_count, sizeof image->symbols[0])) {
+            *error = -ENOMEM;
+            return;
+        }
+        if (!add_export(image, table + EXPORT_HEAD + i * EXPORT_ENTRY))
+            return;
+    }
+    image_sort_symbols(image);
+}
+
 static void describe_flat(struct image *image, int *error)
 {
     image->format = IMAGE_FORMAT_FLAT;
@@ -129,6 +188,7 @@ static void describe_flat(struct image *image, int *error)
     image->fixed = true;
     image->has_entry_point = true;
     image->entry_point = IMAGE_FLAT_BASE;
+    add_exports(image, error);
 }
 
 bool flat_recognise(struct image *image, int *error)

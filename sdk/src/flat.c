@@ -16,6 +16,32 @@ static const void *const functions[] = {
     (const void *)Program_03,  (const void *)Program_04,
 };
 
+/*
+ * What the image hands out, for who has nothing but the file: a flat image has no table of its exports, so this
+ * SDK puts one in (docs/decisions.md, I10). No controller looks at it; `tgm inspect` does. `self` is the address of
+ * the table: bytes that only look like one do not lie where they say.
+ */
+struct flat_exports {
+    char magic[16];
+    const void *self;
+    uint32_t count;
+    struct {
+        const void *address;
+        char name[12];
+    } entries[5];
+};
+
+__attribute__((section(".rodata.tgm_exports"), used)) static const struct flat_exports exports = {
+    "TGM-EXPORTS-1",
+    &exports,
+    5,
+    { { (const void *)Program_Ini, "Program_Ini" },
+      { (const void *)Program_01, "Program_01" },
+      { (const void *)Program_02, "Program_02" },
+      { (const void *)Program_03, "Program_03" },
+      { (const void *)Program_04, "Program_04" } },
+};
+
 const void *const *GetProcAddress(void);
 
 __attribute__((section(".text.GetProcAddress"), used)) const void *const *GetProcAddress(void)
