@@ -159,6 +159,20 @@ static json_t *module(const struct image *image)
     return object;
 }
 
+/* null: the file says nothing about its frames. */
+static json_t *stack(const struct image *image)
+{
+    struct image_stack frames;
+    if (!image_stack(image, &frames))
+        return json_null();
+    json_t *object = json_object();
+    put(object, "functions", number(frames.functions));
+    put(object, "unknown", number(frames.unknown));
+    put(object, "sum", number(frames.sum));
+    put(object, "largest", number(frames.largest));
+    return object;
+}
+
 static void contents(json_t *root, const struct image *image)
 {
     /* A flat image without a table: nobody may read an empty list as "exports nothing". */
@@ -172,7 +186,7 @@ static void contents(json_t *root, const struct image *image)
     put(root, "fixed", json_boolean(image->fixed));
     put(root, "segments", segments(image));
     put(root, "relocations", relocations(image));
-    put(root, "stack", json_null());
+    put(root, "stack", stack(image));
     put(root, "executable_stack", json_boolean(image->exec_stack));
     put(root, "source_lines", json_boolean(image->has_debug_lines));
 }

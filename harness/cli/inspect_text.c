@@ -190,6 +190,34 @@ static void relocations(const struct image *image, FILE *out)
                 inspect_reloc_kind(types[i].kind));
 }
 
+/* Leaf functions may use this much below the stack pointer (System V ABI, x86-64). */
+#define RED_ZONE 128u
+
+/* Without recursion each function is on the stack once at most, so the sum of the frames bounds it.
+ */
+static void stack_line(const struct image *image, FILE *out)
+{
+    const char *executable = image->exec_stack ? ", executable" : "";
+    const bool red = image->format == IMAGE_FORMAT_ELF64;
+    struct image_stack stack;
+    if (!image_stack(image, &stack) && stack.functions == 0) {
+        fprintf(out, LABEL "not known (no call frame information)%s\n", "stack", executable);
+    } else if (stack.unknown > 0) {
+        fprintf(out,
+                LABEL "not known: %" PRIu64 " of %" PRIu64
+                      " functions do not say how large their frame is%s\n",
+                "stack", stack.unknown, stack.functions, executable);
+    } else {
+        fprintf(out,
+                LABEL
+                "at most %" PRIu64 " bytes, largest frame %" PRIu64 "%s\n"
+                "                without recursion and TG Motion's own functions: sum of %" PRIu64
+                " frames%s\n",
+                "stack", stack.sum + (red ? RED_ZONE : 0), stack.largest, executable,
+                stack.functions, red ? " and a red zone" : "");
+    }
+}
+
 void inspect_text(const struct image *image, FILE *out)
 {
     head(image, out);
@@ -203,7 +231,6 @@ void inspect_text(const struct image *image, FILE *out)
     load_address(image, out);
     memory(image, out);
     relocations(image, out);
-    fprintf(out, LABEL "not known (no stack-usage information)%s\n", "stack",
-            image->exec_stack ? ", executable" : "");
+    stack_line(image, out);
     fprintf(out, LABEL "%s\n", "source lines", image->has_debug_lines ? "yes" : "none");
 }

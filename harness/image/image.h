@@ -251,4 +251,16 @@ const struct image_segment *image_segment_at(const struct image *image, uint64_t
  */
 void image_where(const struct image *image, uint64_t vaddr, struct image_place *place);
 
+/* Frames of the module's functions, as its debug information states them (call frame information). */
+struct image_stack {
+    uint64_t functions; /* that have debug information */
+    uint64_t unknown;   /* of them, those whose frame has no fixed size */
+    uint64_t sum;       /* bytes of all known frames, return addresses included: without recursion no call
+                           takes more */
+    uint64_t largest;   /* bytes of the largest one */
+};
+
+/* False when the file says nothing about its frames. What TG Motion's own functions take is not in it. */
+bool image_stack(const struct image *image, struct image_stack *stack);
+
 #endif

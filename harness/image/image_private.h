@@ -88,7 +88,11 @@ struct line_table {
     size_t row_count;
     char *text; /* file names, each ended by a zero byte */
     size_t text_size;
+    struct image_stack stack; /* functions == 0: not known */
 };
+
+/* lines_stack.c: in the child; dwarf is libdw's Dwarf of the image. */
+void lines_stack(const struct image *image, void *dwarf, struct image_stack *stack);
 
 /*
  * Reads the debug information of an image. libdw is handed hostile bytes here, so it works in a

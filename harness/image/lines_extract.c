@@ -34,6 +34,7 @@ struct block {
     uint32_t complete;
     uint32_t row_count;
     uint32_t text_size;
+    struct image_stack stack;
     struct line_row rows[MAX_ROWS];
     char text[MAX_TEXT];
 };
@@ -149,10 +150,9 @@ static int add_declaration(Dwarf_Die *function, void *argument)
         d->names[index] = add_name(block, d->files, index);
     if (d->names[index] == 0)
         return DWARF_CB_OK;
-    block->rows[block->row_count] = (struct line_row){ .vaddr = vaddr,
-                                                       .file = d->names[index],
-                                                       .line = (uint32_t)number,
-                                                       .order = block->row_count };
+    block->rows[block->row_count] = (struct line_row){
+        .vaddr = vaddr, .file = d->names[index], .line = (uint32_t)number, .order = block->row_count
+    };
     block->row_count++;
     return DWARF_CB_OK;
 }
@@ -199,6 +199,7 @@ static void extract(const struct image *image, struct block *block)
         add_table(image, block, lines, line_count, file_count);
         offset = next;
     }
+    lines_stack(image, dwarf, &block->stack);
     block->complete = 1;
 }
 
@@ -297,6 +298,7 @@ static bool copy_block(const struct block *block, struct line_table *table)
     }
     memcpy(table->rows, block->rows, rows_size);
     memcpy(table->text, block->text, block->text_size);
+    table->stack = block->stack;
     table->row_count = block->row_count;
     table->text_size = block->text_size;
     return true;

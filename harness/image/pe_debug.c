@@ -11,9 +11,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const char *const wanted[] = { ".debug_abbrev",   ".debug_info",    ".debug_line",
-                                      ".debug_line_str", ".debug_str",     ".debug_addr",
-                                      ".debug_ranges",   ".debug_rnglists" };
+static const char *const wanted[] = { ".debug_abbrev",   ".debug_info",     ".debug_line",
+                                      ".debug_line_str", ".debug_str",      ".debug_addr",
+                                      ".debug_ranges",   ".debug_rnglists", ".debug_frame" };
 enum { WANTED = sizeof wanted / sizeof wanted[0], SECTIONS = WANTED + 2 };
 
 /* A section's bytes in the file. */
