@@ -15,7 +15,7 @@ for lang in c cpp pascal; do
     fi
     run "$tgm" new "gantry_$lang" --lang $lang
     expect "new --lang $lang" 0 "gantry_$lang/ is a project"
-    for file in Makefile README.md .gitignore .vscode/tasks.json .vscode/launch.json ci-example.yml; do
+    for file in Makefile README.md .gitignore .vscode/tasks.json .vscode/launch.json ci-example.yml controller.ini; do
         [ -s "gantry_$lang/$file" ] && pass "$lang has $file" || fail "$lang has $file"
     done
     if grep -rqE 'shuttle|@[A-Z]+@|\.\./\.\./sdk' "gantry_$lang"; then
