@@ -21,7 +21,7 @@ static void describe_address(const struct machine_fault *fault, char *text, size
     else if (fault->address < 65536)
         snprintf(text, size, "through a null pointer (address 0x%" PRIx64 ")", fault->address);
     else if (fault->region[0] == '\0')
-        snprintf(text, size, "at 0x%" PRIx64 ", far from every shared memory", fault->address);
+        snprintf(text, size, "at 0x%" PRIx64 " (near no shared memory)", fault->address);
     else if (offset < 0)
         snprintf(text, size, "%" PRIi64 " bytes before the start of %s", -offset, name);
     else if ((uint64_t)offset >= fault->region_size)
@@ -29,6 +29,11 @@ static void describe_address(const struct machine_fault *fault, char *text, size
                  (uint64_t)offset - fault->region_size, name, fault->region_size);
     else
         snprintf(text, size, "at byte %" PRIi64 " of %s", offset, name);
+}
+
+bool incident_is_stack_overflow(const struct machine_fault *fault)
+{
+    return strcmp(fault->region, "stack") == 0 && fault->region_offset < 0;
 }
 
 static void describe_fault(const struct machine_fault *fault, char *text, size_t size)
@@ -47,6 +52,11 @@ static void describe_fault(const struct machine_fault *fault, char *text, size_t
         return;
     default:
         break;
+    }
+    if (incident_is_stack_overflow(fault)) {
+        snprintf(text, size, "needs more than the %" PRIu64 " bytes of stack that it has",
+                 fault->region_size);
+        return;
     }
     describe_address(fault, address, sizeof address);
     snprintf(text, size, "%s %s", verbs[fault->access], address);

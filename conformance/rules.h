@@ -92,7 +92,10 @@ void finding_place(struct finding *finding, const struct case_file *file, uint64
 
 /* incidents.c: calls that did not return as they should, as text and as findings. */
 void incident_describe(const struct evidence_incident *incident, char text[FINDING_TEXT]);
-/* Where in the module it happened, or, when it happened outside, where the module had called from. */
+/* The access lay below the module's stack: a large local array, or recursion without end. */
+bool incident_is_stack_overflow(const struct machine_fault *fault);
+/* Where in the module it happened, or, when it happened outside, where the module had called from.
+ */
 void incident_place(const struct evidence_incident *incident, struct finding *finding,
                     const struct case_file *file);
 

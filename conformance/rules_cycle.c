@@ -18,8 +18,11 @@ static enum incident_class class_of(const struct evidence_incident *incident)
     case MACHINE_HANG:
         return CLASS_HANG;
     default:
-        return incident->fault.access == MACHINE_ACCESS_WRITE ? CLASS_WRITE : CLASS_FAULT;
+        break;
     }
+    const bool write = incident->fault.access == MACHINE_ACCESS_WRITE &&
+                       !incident_is_stack_overflow(&incident->fault);
+    return write ? CLASS_WRITE : CLASS_FAULT;
 }
 
 static void stamp(struct finding *finding, const struct experiment *experiment, enum entry entry,
