@@ -153,7 +153,11 @@ static void add_reproduction(const struct check_options *options, const struct r
     char path[FINDING_TEXT / 2];
     if (rule->experiments == NO_EXPERIMENT)
         return;
-    shell_word(options->path, path, sizeof path);
+    char dashed[FINDING_TEXT / 2];
+    if (strlen(options->path) * 4 + 8 > sizeof path)
+        return; /* a path that does not fit would name another file */
+    snprintf(dashed, sizeof dashed, "%s%s", options->path[0] == '-' ? "./" : "", options->path);
+    shell_word(dashed, path, sizeof path);
     int at = snprintf(finding->again, sizeof finding->again,
                       "tgm check %s --rule %s --seed 0x%" PRIx64, path, rule->id, options->seed);
     if (finding->has_cycle && at < FINDING_TEXT)
@@ -232,6 +236,7 @@ static void fill_report(struct check *check, const struct check_options *options
     report->profile_title = title;
     report->seed = options->seed;
     report->selection = options->rules;
+    report->cycles = options->cycles;
     report->rules = check->rules;
     report->groups = check->groups;
     report->group_count = GROUP_COUNT;

@@ -16,19 +16,26 @@ static void describe_address(const struct machine_fault *fault, char *text, size
         name = "the module's own memory";
     else if (strcmp(name, "stack") == 0)
         name = "the stack";
-    if (fault->signal == SIGSEGV && fault->access == MACHINE_ACCESS_NONE)
-        snprintf(text, size, "through a pointer that is no address at all");
-    else if (fault->address < 65536)
+    if (fault->address < 65536)
         snprintf(text, size, "through a null pointer (address 0x%" PRIx64 ")", fault->address);
     else if (fault->region[0] == '\0')
         snprintf(text, size, "at 0x%" PRIx64 " (near no shared memory)", fault->address);
     else if (offset < 0)
         snprintf(text, size, "%" PRIi64 " bytes before the start of %s", -offset, name);
     else if ((uint64_t)offset >= fault->region_size)
-        snprintf(text, size, "%" PRIu64 " bytes past the end of %s (%" PRIu64 " bytes)",
-                 (uint64_t)offset - fault->region_size, name, fault->region_size);
+        snprintf(text, size, "at byte %" PRIi64 " of %s, which has %" PRIu64, offset, name,
+                 fault->region_size);
     else
         snprintf(text, size, "at byte %" PRIi64 " of %s", offset, name);
+}
+
+bool experiment_was_stopped(const struct experiment_result *result)
+{
+    static const int from_outside[] = { SIGKILL, SIGTERM, SIGINT, SIGHUP, SIGXCPU, SIGQUIT };
+    for (size_t i = 0; i < sizeof from_outside / sizeof *from_outside; i++)
+        if (result->worker.end == WORKER_KILLED && result->worker.value == from_outside[i])
+            return true;
+    return false;
 }
 
 bool incident_is_stack_overflow(const struct machine_fault *fault)
@@ -48,7 +55,7 @@ static void describe_fault(const struct machine_fault *fault, char *text, size_t
         snprintf(text, size, "executed an invalid instruction");
         return;
     case SIGTRAP:
-        snprintf(text, size, "executed a breakpoint instruction");
+        snprintf(text, size, "executed a breakpoint or trap instruction");
         return;
     default:
         break;

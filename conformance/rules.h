@@ -92,6 +92,9 @@ void finding_place(struct finding *finding, const struct case_file *file, uint64
 
 /* incidents.c: calls that did not return as they should, as text and as findings. */
 void incident_describe(const struct evidence_incident *incident, char text[FINDING_TEXT]);
+/* The worker was ended by a signal that no module can have sent: a user, a limit, lack of memory.
+ */
+bool experiment_was_stopped(const struct experiment_result *result);
 /* The access lay below the module's stack: a large local array, or recursion without end. */
 bool incident_is_stack_overflow(const struct machine_fault *fault);
 /* Where in the module it happened, or, when it happened outside, where the module had called from.

@@ -56,17 +56,28 @@ static void report_end(const struct case_file *file, enum experiment_id id,
     const struct evidence *evidence = &result->evidence;
     const char *name = entry_name(evidence->entry);
     struct finding *finding = NULL;
-    if (result->worker.end == WORKER_TIMEOUT && class == CLASS_HANG)
-        finding = finding_add(
-            findings, "%s had not returned when the time for the whole experiment was up", name);
-    else if (result->worker.end == WORKER_KILLED && class == CLASS_FAULT)
-        finding = finding_add(findings, "%s destroyed the process it ran in (signal %d: %s)", name,
-                              result->worker.value, strsignal(result->worker.value));
-    else if (result->worker.end == WORKER_EXITED && class == CLASS_FAULT)
+    if (class != CLASS_FAULT || experiment_was_stopped(result))
+        return;
+    if (result->worker.end == WORKER_KILLED)
+        finding = finding_add(findings, "%s destroyed the process it ran in (signal %d: %s)%s%s",
+                              name, result->worker.value, strsignal(result->worker.value),
+                              result->worker.reason[0] != '\0' ? ": " : "", result->worker.reason);
+    else if (result->worker.end == WORKER_EXITED)
         finding = finding_add(findings, "%s ended the process it ran in (exit status %d)", name,
                               result->worker.value);
     if (finding != NULL)
         stamp(finding, &file->experiments[id], evidence->entry, evidence->cycle);
+}
+
+/* The experiment was played to its end: every cycle, or until no function could be called any more.
+ */
+static bool is_complete(const struct experiment *experiment, const struct evidence *evidence)
+{
+    bool callable = false;
+    for (int entry = ENTRY_01; entry < ENTRY_COUNT; entry++)
+        callable = callable || !evidence->calls[entry].disabled;
+    return evidence->stage == EVIDENCE_FINISHED &&
+           (evidence->cycles_done == experiment->cycles || !callable);
 }
 
 /* Reasons why the evidence of an experiment says too little about the cycles. */
@@ -79,14 +90,25 @@ static void judge_completeness(const struct case_file *file, enum experiment_id 
     if (result->worker.end == WORKER_FAILED || evidence->trouble[0] != '\0')
         finding_not_judged(findings, "experiment %s: %s", experiment->name,
                            evidence->trouble[0] != '\0' ? evidence->trouble : "the worker failed");
+    else if (result->worker.end == WORKER_TIMEOUT)
+        finding_not_judged(findings,
+                           "experiment %s: only %" PRIu64 " of %" PRIu64
+                           " cycles were done in %.0f s: the module is too slow, or this computer "
+                           "too busy; fewer cycles: --cycles N",
+                           experiment->name, evidence->cycles_done, experiment->cycles,
+                           (double)result->worker.wall_ns * 1e-9);
+    else if (experiment_was_stopped(result))
+        finding_not_judged(findings, "experiment %s: the worker was stopped from outside (%s)",
+                           experiment->name, strsignal(result->worker.value));
     else if (result->worker.end != WORKER_DONE)
-        finding_not_judged(
-            findings,
-            "experiment %s ended early: the module ended the process it ran in, or hung it",
-            experiment->name);
+        finding_not_judged(findings, "experiment %s: the module ended the process it ran in",
+                           experiment->name);
     else if (experiment->cycles > 0 && evidence->cycles_done == 0)
         finding_not_judged(findings,
                            "no cycle was run: Program_Ini did not return 1 (rule ini-returns-one)");
+    else if (!is_complete(experiment, evidence))
+        finding_not_judged(findings, "experiment %s: its evidence is not complete",
+                           experiment->name);
 }
 
 static void judge(const struct case_file *file, enum incident_class class,

@@ -14,7 +14,18 @@ static const struct evidence *evidence_of(const struct case_file *file, enum exp
         finding_not_judged(findings, "%s", file->cannot_run);
         return NULL;
     }
-    const struct evidence *evidence = &file->results[id].evidence;
+    const struct experiment_result *result = &file->results[id];
+    const struct evidence *evidence = &result->evidence;
+    if (experiment_was_stopped(result) || result->worker.end == WORKER_TIMEOUT) {
+        finding_not_judged(findings, "experiment %s: the worker was stopped before it was done",
+                           file->experiments[id].name);
+        return NULL;
+    }
+    if (result->worker.end == WORKER_FAILED && evidence->trouble[0] == '\0') {
+        finding_not_judged(findings, "experiment %s: the worker failed",
+                           file->experiments[id].name);
+        return NULL;
+    }
     if (evidence->trouble[0] != '\0') {
         finding_not_judged(findings, "experiment %s: %s", file->experiments[id].name,
                            evidence->trouble);

@@ -126,6 +126,28 @@ run "$tgm" check --cycles 0 "$module"
 expect "number out of range" 2 "--cycles must be 1 to"
 run "$tgm" check --json "$work/no/such/dir.json" "$module"
 expect "unwritable report" 2 "cannot write"
+cp "$module" "$work/self.tgm"
+run "$tgm" check --json "$work/self.tgm" "$work/self.tgm"
+expect "a report over the module itself" 2 "is the module itself"
+run "$tgm" run --record 'SERVO[0].Position' --csv "$work/self.tgm" "$work/self.tgm"
+expect "a recording over the module itself" 2 "is the module itself"
+cmp -s "$module" "$work/self.tgm" && pass "and the module is as it was" || fail "and the module is as it was"
+run "$tgm" run --record 'SERVO[0].Position,' --csv "$work/x.csv" "$module"
+expect "a register list that ends in a comma" 2 "--record needs register names"
+status=0
+"$tgm" rules >/dev/full 2>"$err" || status=$?
+expect "output that cannot be written" 2 "cannot write to standard output"
+status=0
+"$tgm" run "$module" --for 50ms --record 'SERVO[0].Position' --csv "$work/closed.csv" >&- 2>"$err" || status=$?
+head -n 1 "$work/closed.csv" | grep -qxF 'time_s,SERVO[0].Position' && pass "a closed standard output spoils no recording" ||
+    fail "a closed standard output spoils no recording"
+evil="$work/a
+RESULT: PASS (19 passed, 0 failed, 0 not judged)"
+cp "$fixtures/no-fault/bad.tgm" "$evil"
+run "$tgm" check "$evil" --cycles 30
+[ "$(grep -c '^RESULT: ' "$out")" = 1 ] && pass "a file name cannot forge a verdict" || fail "a file name cannot forge a verdict"
+run "$tgm" check "$module" --rule no-tls --cycles 7
+last_line "the verdict says what was left out" "rules=no-tls cycles=7 seed="
 run "$tgm" run --cycle 300 "$module"
 expect "no such Cycle_Time" 2 "250, 500 or 1000"
 run "$tgm" run --record 'SERVO[0].position' --csv "$work/x.csv" "$module"

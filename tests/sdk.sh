@@ -48,6 +48,33 @@ expect "the template builds with lld" 0
 run "$tgm" check "$work/m/build/sin.tgm" --cycles 200
 expect "and passes when linked with lld" 0 "RESULT: PASS"
 
+# A module without any data of its own.
+cat >"$work/m/sin.c" <<'EOF'
+#include <tgm_plc.h>
+long Program_Ini(PLC_DATA *pData) { return pData != NULL; }
+long Program_01(PLC_DATA *pData) { (void)pData; return 1; }
+long Program_02(PLC_DATA *pData) { (void)pData; return 1; }
+long Program_03(PLC_DATA *pData) { (void)pData; return 1; }
+long Program_04(PLC_DATA *pData) { (void)pData; return 1; }
+long Program_05(PLC_DATA *pData) { (void)pData; return 1; }
+EOF
+rm -rf "$work/m/build"
+run make -C "$work/m" check CHECK_FLAGS='--cycles 20'
+expect "a module without data is read, and judged" 2 "file     9 passed" "FAIL  ini-struct-size"
+
+# What is built follows what it is built with.
+cp "$template" "$work/m/sin.c"
+run make -C "$work/m"
+before=$(cksum <"$work/m/build/sin.tgm")
+run make -C "$work/m"
+lacks "nothing changed, nothing is done" "CC "
+run make -C "$work/m" MODULE_CFLAGS=-O0
+[ "$before" != "$(cksum <"$work/m/build/sin.tgm")" ] && pass "other flags build anew" || fail "other flags build anew"
+run make -C "$work/m" TGM_GENERATION=5
+[ "$before" != "$(cksum <"$work/m/build/sin.tgm")" ] && pass "another generation builds anew" || fail "another generation builds anew"
+run make -C "$work/m" TGM_GENERATION=5 check
+expect "generation 5 is not judged, and says so" 2 "not judged or run yet" "Error 3"
+
 line=$(grep -n '^long Program_01' "$template" | cut -d: -f1)
 sed 's/^long Program_01/long program_01/' "$template" >"$work/m/sin.c"
 refused "wrong letter case" "sin.c:$line: error: program_01" "Program_01"
@@ -58,6 +85,10 @@ expect "wrong letter case: make check says so" 2 "FAIL  export-names" "program_0
 keep='__attribute__((used, section(".text.Program_kept"))) static'
 with "int printf(const char *, ...); $keep"' void f(void) { printf("x"); }'
 refused "undefined symbol" "sin.c:$last: error: printf: defined nowhere"
+with "double sin(double); $keep"' double f(double x) { return sin(x); }'
+refused "mathematics without MATH" "sin.c:$last: error: sin: not in the module; set MATH := yes"
+sed 's/^long Program_05/long Program_5/' "$template" >"$work/m/sin.c"
+refused "a name that comes near" "error: Program_5: not one of the six names"
 with 'extern int maybe(void) __attribute__((weak)); __attribute__((used)) static int f(void) { return maybe ? maybe() : 0; }'
 refused "weak undefined symbol" "sin.c:$last: error: maybe: weak and defined nowhere"
 with 'static volatile int k; __attribute__((constructor)) static void boot(void) { k = 1; }'

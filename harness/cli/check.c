@@ -34,6 +34,8 @@ static int run(const struct command *command, const struct check_options *option
     char why[CHECK_WHY];
     struct check *check;
     struct output output = { 0 };
+    if (json != NULL && same_file(json, options->path))
+        return complain(command, "--json '%s' is the module itself", json);
     int r = json != NULL ? output_open(&output, json) : 0;
     if (r != 0)
         return complain(command, "cannot write '%s': %s", json, strerror(-r));
@@ -55,8 +57,6 @@ static int run(const struct command *command, const struct check_options *option
                 complain(command, "cannot write '%s': %s", json, strerror(r != 0 ? -r : -closed));
     }
     report_text(report, stream, colour);
-    if (fflush(stream) != 0 && errno != EPIPE)
-        status = EXIT_CALL;
     check_free(check);
     return status;
 }

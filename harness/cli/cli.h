@@ -63,6 +63,9 @@ struct output {
     char *path, *temporary; /* temporary is NULL when the stream writes to its place directly */
 };
 
+/* Both names lead to one existing file. */
+bool same_file(const char *a, const char *b);
+
 /* 0 or negative errno. */
 int output_open(struct output *output, const char *path);
 /* Closes and puts the file in its place (keep), or removes it. 0 or negative errno. */

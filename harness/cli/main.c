@@ -1,4 +1,6 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
+#include <errno.h>
+#include <fcntl.h>
 #include <signal.h>
 #include <string.h>
 
@@ -46,10 +48,33 @@ static int unknown_command(const char *word)
                     word);
 }
 
+/* A closed standard stream must not become the next file that is opened. */
+static bool streams_are_open(void)
+{
+    for (int fd = 0; fd < 3; fd++)
+        if (fcntl(fd, F_GETFD) < 0 && open("/dev/null", fd == 0 ? O_WRONLY : O_RDONLY) != fd)
+            return false;
+    return true;
+}
+
+/* A verdict that could not be written was not given. A reader that went away on purpose has seen
+ * enough. */
+static int finish(int status)
+{
+    errno = 0;
+    if ((fflush(stdout) == 0 && !ferror(stdout)) || errno == EPIPE)
+        return status;
+    return complain(NULL, "cannot write to standard output: %s",
+                    errno != 0 ? strerror(errno) : "write error");
+}
+
 int main(int argc, char **argv)
 {
     /* A reader that closes its end early (head, grep -q) is no reason to die without a status. */
     signal(SIGPIPE, SIG_IGN);
+    signal(SIGXFSZ, SIG_IGN);
+    if (!streams_are_open())
+        return EXIT_CALL;
     if (argc < 2) {
         usage(stderr);
         return EXIT_CALL;
@@ -57,7 +82,7 @@ int main(int argc, char **argv)
     const char *word = argv[1];
     if (strcmp(word, "help") == 0 || strcmp(word, "--help") == 0 || strcmp(word, "-h") == 0) {
         usage(stdout);
-        return EXIT_OK;
+        return finish(EXIT_OK);
     }
     if (strcmp(word, "version") == 0 || strcmp(word, "--version") == 0) {
         printf("tgm %s\n", TGM_VERSION_TEXT);
@@ -65,6 +90,6 @@ int main(int argc, char **argv)
     }
     for (size_t i = 0; i < COMMAND_COUNT; i++)
         if (strcmp(commands[i].name, word) == 0)
-            return commands[i].run(&commands[i], argc - 2, argv + 2);
+            return finish(commands[i].run(&commands[i], argc - 2, argv + 2));
     return unknown_command(word);
 }

@@ -34,14 +34,37 @@ struct project {
     char generation[8];
 };
 
+/* The name becomes an identifier: words of the languages and names of the SDK cannot be one. */
+static bool is_taken(const char *name)
+{
+    static const char *const words[] = {
+        "int",    "long",      "char",      "class",    "struct",    "union",  "enum",
+        "void",   "double",    "float",     "short",    "signed",    "static", "extern",
+        "const",  "return",    "if",        "else",     "for",       "while",  "do",
+        "switch", "case",      "default",   "new",      "delete",    "this",   "auto",
+        "public", "private",   "program",   "unit",     "begin",     "end",    "system",
+        "objpas", "uses",      "interface", "function", "procedure", "record", "type",
+        "var",    "array",     "object",    "library",  "plc_data",  "servo",  "dio",
+        "header", "main",      "osc",       "line",     "state",     "status", "profile",
+        "inputs", "namespace", "template",  "register", "volatile",  "inline", "using",
+        "string",
+    };
+    for (size_t i = 0; i < sizeof words / sizeof *words; i++)
+        if (strcasecmp(words[i], name) == 0)
+            return true;
+    return strncasecmp(name, "tgm_", 4) == 0 || strncasecmp(name, "program_", 8) == 0;
+}
+
 /* Identifier characters only: the name becomes file names, a make variable and comments. */
 static bool name_is_good(const char *name)
 {
+    if (is_taken(name))
+        return false;
     const size_t length = strlen(name);
     if (length == 0 || length > NAME_MAX_LENGTH || !isalpha((unsigned char)name[0]))
         return false;
     for (const char *c = name; *c != '\0'; c++)
-        if (!isalnum((unsigned char)*c) && *c != '_' && *c != '-')
+        if (!isalnum((unsigned char)*c) && *c != '_')
             return false;
     return true;
 }
@@ -195,8 +218,11 @@ static int create(const struct project *project, const char *language)
     if (r != 0)
         return complain(project->command, "the project in '%s' is not complete: %s", project->name,
                         strerror(-r));
-    printf("%s/ is a project for generation %s. Next:\n  cd %s\n  make check\n", project->name,
-           project->generation, project->name);
+    const bool judged = strcmp(project->generation, "4") == 0;
+    printf("%s/ is a project for generation %s. Next:\n  cd %s\n  make%s\n", project->name,
+           project->generation, project->name, judged ? " check" : "");
+    if (!judged)
+        printf("generation 5 is built and inspected, not judged or run yet (docs/targets.md)\n");
     return EXIT_OK;
 }
 
@@ -216,14 +242,19 @@ int command_new(const struct command *command, int argc, char **argv)
     if (words == 0)
         return complain(command, "what shall it be called? usage: tgm new %s", command->usage);
     if (!name_is_good(project.name))
-        return complain(
-            command, "'%s' is no project name: a letter, then letters, digits, _ or -, at most %d",
-            project.name, NAME_MAX_LENGTH);
+        return complain(command,
+                        "'%s' is no project name: a letter, then letters, digits or _, at most %d, "
+                        "and no word of "
+                        "the language",
+                        project.name, NAME_MAX_LENGTH);
     size_t i = 0;
     while (i < LANGUAGES && strcmp(languages[i], language) != 0)
         i++;
     if (i == LANGUAGES)
         return complain(command, "no template in '%s'; allowed: c, cpp, pascal", language);
+    if (generation != 4 && strcmp(language, "pascal") == 0)
+        return complain(command,
+                        "the Pascal template is for generation 4; generation 5: --lang c or cpp");
     if (!find_share(&project))
         return complain(command,
                         "the SDK is not beside this program; run it from its tree or install it");

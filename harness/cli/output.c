@@ -14,6 +14,12 @@ static bool written_in_place(const char *path)
     return stat(path, &s) == 0 && !S_ISREG(s.st_mode);
 }
 
+bool same_file(const char *a, const char *b)
+{
+    struct stat x, y;
+    return stat(a, &x) == 0 && stat(b, &y) == 0 && x.st_dev == y.st_dev && x.st_ino == y.st_ino;
+}
+
 int output_open(struct output *output, const char *path)
 {
     memset(output, 0, sizeof *output);
@@ -24,6 +30,7 @@ int output_open(struct output *output, const char *path)
         output->stream = stdout;
         return 0;
     }
+    int fd = -1;
     if (written_in_place(path)) {
         output->stream = fopen(path, "w");
     } else {
@@ -31,7 +38,7 @@ int output_open(struct output *output, const char *path)
         output->temporary = malloc(size);
         if (output->temporary != NULL) {
             snprintf(output->temporary, size, "%s.XXXXXX", path);
-            const int fd = mkstemp(output->temporary);
+            fd = mkstemp(output->temporary);
             const mode_t mask = umask(0);
             umask(mask);
             if (fd >= 0 && fchmod(fd, 0666 & ~mask) == 0)
@@ -41,6 +48,10 @@ int output_open(struct output *output, const char *path)
     if (output->stream != NULL)
         return 0;
     const int error = errno != 0 ? -errno : -EIO;
+    if (fd >= 0) {
+        close(fd);
+        unlink(output->temporary);
+    }
     free(output->temporary);
     free(output->path);
     return error;

@@ -116,6 +116,8 @@ static void progress(void *argument, const struct evidence *evidence, const doub
 static int read_registers(struct run *run, const char *list)
 {
     char why[CATALOGUE_WHY];
+    if (list[0] == '\0' || list[strlen(list) - 1] == ',')
+        return complain(run->command, "--record needs register names with commas between them");
     while (*list != '\0') {
         char name[128];
         const size_t length = strcspn(list, ",");
@@ -237,6 +239,8 @@ static int start(struct run *run, const struct profile *profile, const char *pat
 {
     struct image *image = NULL;
     int status = open_module(run, profile, path, &image);
+    if (status == 0 && run->csv_path != NULL && same_file(run->csv_path, path))
+        status = complain(run->command, "--csv '%s' is the module itself", run->csv_path);
     if (status == 0 && run->csv_path != NULL) {
         const int r = output_open(&run->csv, run->csv_path);
         if (r != 0)

@@ -133,7 +133,7 @@ static void emit_text(struct sink *sink, const struct conversion *c, const void 
         text = null_text, wide = true;
     const size_t most = c->has_precision ? (size_t)c->precision : SIZE_MAX;
     size_t length = 0;
-    while (length < most && length < sink->capacity + (size_t)c->width &&
+    while (length < most && length <= sink->capacity &&
            (wide ? ((const uint16_t *)text)[length] : ((const unsigned char *)text)[length]) != 0)
         length++;
     const int gap = length < (size_t)c->width ? c->width - (int)length : 0;
@@ -284,6 +284,14 @@ int text16_format(uint16_t *out, size_t capacity, const uint16_t *format, ...)
     return r;
 }
 
+/* What moves the cursor or the direction of a terminal; line ends and tabs are text. */
+static bool is_control(uint32_t point)
+{
+    return (point < 0x20 && point != '\n' && point != '\r' && point != '\t') ||
+           (point >= 0x7F && point < 0xA0) || (point >= 0x2028 && point <= 0x202E) ||
+           (point >= 0x2066 && point <= 0x2069);
+}
+
 size_t text16_to_utf8(char *out, size_t capacity, const uint16_t *text)
 {
     size_t used = 0;
@@ -293,6 +301,8 @@ size_t text16_to_utf8(char *out, size_t capacity, const uint16_t *text)
             point = 0x10000 + ((point - 0xD800) << 10) + (*text++ - 0xDC00u);
         else if (point >= 0xD800 && point < 0xE000)
             point = 0xFFFD;
+        if (is_control(point))
+            point = '?';
         char bytes[4];
         size_t count = point < 0x80 ? 1 : point < 0x800 ? 2 : point < 0x10000 ? 3 : 4;
         static const unsigned char lead[] = { 0, 0, 0xC0, 0xE0, 0xF0 };

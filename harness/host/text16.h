@@ -22,7 +22,7 @@ int text16_vformat(uint16_t *out, size_t capacity, const uint16_t *format, va_li
 int text16_format(uint16_t *out, size_t capacity, const uint16_t *format, ...);
 
 /* UTF-16 to UTF-8 with a final 0, never past capacity bytes (cut between characters); unpaired
- * surrogates become U+FFFD. Reads text only up to its 0. Returns the bytes written without the 0.
+ * surrogates become U+FFFD, control characters but for line ends and tabs become '?'. Reads text only up to its 0. Returns the bytes written without the 0.
  */
 size_t text16_to_utf8(char *out, size_t capacity, const uint16_t *text);
 

@@ -98,11 +98,11 @@ static bool read_load(struct elf *elf, size_t index, const Elf64_Phdr *ph)
                                      .file_size = ph->p_filesz,
                                      .file_offset = ph->p_offset,
                                      .perm = permissions(ph->p_flags) };
-    if (!check_file_range(elf, index, ph) || !check_alignment(image, index, ph))
+    if (!check_file_range(elf, index, ph))
         return false;
     if (ph->p_memsz == 0)
-        return true;
-    if (!check_order(image, index, &segment))
+        return true; /* ld leaves one behind for a module without data */
+    if (!check_alignment(image, index, ph) || !check_order(image, index, &segment))
         return false;
     if (image->segment_count == 0)
         image->span_begin = page_down(ph->p_vaddr);

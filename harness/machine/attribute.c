@@ -80,6 +80,13 @@ void machine_attribute(const struct machine *machine, uint64_t ip, uint64_t sp,
     fault->ip = ip;
     fault->in_module = machine_vaddr(machine, (const void *)ip, &fault->pc);
     fault->has_pc = fault->in_module;
+    /* Of a call into the module's own data, the caller is what a person wants to see. */
+    if (fault->in_module && !machine_executes(machine, ip, 1) &&
+        find_return_address(machine, sp, &blamed)) {
+        fault->in_module = false;
+        fault->has_pc = machine_vaddr(machine, (const void *)blamed, &fault->pc);
+        return;
+    }
     if (fault->in_module)
         return;
     if (machine_incident.service_depth > 0) {

@@ -79,6 +79,9 @@ int report_json(const struct report *r, FILE *stream)
     json_object_set_new(root, "module", module);
     json_object_set_new(root, "profile", text(r->profile));
     json_object_set_new(root, "seed", seed_text(r->seed));
+    json_object_set_new(root, "selection", r->selection != NULL ? text(r->selection) : json_null());
+    json_object_set_new(root, "cycles",
+                        r->cycles != 0 ? json_integer((json_int_t)r->cycles) : json_null());
     json_object_set_new(root, "verdict", text(verdict_name(r->verdict)));
     json_object_set_new(counts, "passed", json_integer(r->passed));
     json_object_set_new(counts, "failed", json_integer(r->failed));

@@ -57,6 +57,7 @@ struct report {
     const char *profile, *profile_title;
     uint64_t seed;
     const char *selection; /* pattern of the rules that were asked for, NULL: all */
+    uint64_t cycles; /* of each run, as asked for; 0: as the suite has them */
     struct rule_report *rules;
     size_t rule_count;
     struct group_report *groups;

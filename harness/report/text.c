@@ -35,9 +35,18 @@ static const char *base_name(const char *path)
     return slash != NULL && slash[1] != '\0' ? slash + 1 : path;
 }
 
+/* Names from outside must not write lines of the report or move the cursor. */
+static void print_clean(const char *text, FILE *out)
+{
+    for (; *text != '\0'; text++)
+        fputc((unsigned char)*text < 0x20 || *text == 0x7F ? '?' : *text, out);
+}
+
 static void head(const struct report *r, FILE *out, const struct paint *p)
 {
-    fprintf(out, "%s%s%s", p->strong, base_name(r->path), p->off);
+    fputs(p->strong, out);
+    print_clean(base_name(r->path), out);
+    fputs(p->off, out);
     if (r->format[0] != '\0')
         fprintf(out, "  %s %s", r->format, r->target);
     if (r->size < 10240)
@@ -103,8 +112,11 @@ static void rule_failed(const struct rule_report *rule, FILE *out, const struct 
     if (rule->dropped > 0)
         fprintf(out, "      and %zu more\n", rule->dropped);
     fprintf(out, "      %s\n", rule->advice);
-    if (again[0] != '\0')
-        fprintf(out, "      %sagain:%s %s\n", p->weak, p->off, again);
+    if (again[0] != '\0') {
+        fprintf(out, "      %sagain:%s ", p->weak, p->off);
+        print_clean(again, out);
+        fputc('\n', out);
+    }
     fprintf(out, "      %smore:%s  tgm explain %s\n", p->weak, p->off, rule->id);
 }
 
@@ -138,10 +150,15 @@ void report_text(const struct report *r, FILE *out, bool colour)
         if (r->rules[i].outcome == RULE_FAILED)
             rule_failed(&r->rules[i], out, p);
     not_judged(r, out, p);
-    fprintf(out,
-            "\n%sRESULT: %s%s (%u passed, %u failed, %u not judged) profile=%s%s%s seed=0x%" PRIx64
-            " sha256=%s\n",
+    char cycles[40] = "";
+    if (r->cycles != 0)
+        snprintf(cycles, sizeof cycles, " cycles=%" PRIu64, r->cycles);
+    fprintf(out, "\n%sRESULT: %s%s (%u passed, %u failed, %u not judged) profile=%s",
             r->verdict == VERDICT_PASS ? p->good : p->bad, verdict_name(r->verdict), p->off,
-            r->passed, r->failed, r->not_judged, r->profile, r->selection != NULL ? " rules=" : "",
-            r->selection != NULL ? r->selection : "", r->seed, r->sha256);
+            r->passed, r->failed, r->not_judged, r->profile);
+    if (r->selection != NULL) {
+        fputs(" rules=", out);
+        print_clean(r->selection, out);
+    }
+    fprintf(out, "%s seed=0x%" PRIx64 " sha256=%s\n", cycles, r->seed, r->sha256);
 }

@@ -94,6 +94,10 @@ typedef LARGE_INTEGER TGM_LARGE_INTEGER;
 #else
 typedef union _TGM_LARGE_INTEGER {
     int64_t QuadPart;
+    __extension__ struct {
+        uint32_t LowPart;
+        int32_t HighPart;
+    };
     struct {
         uint32_t LowPart;
         int32_t HighPart;

@@ -34,6 +34,12 @@ endif
 ifeq ($(strip $(SOURCES)),)
 $(error set SOURCES to the C or C++ files of the module, as in SOURCES := $(MODULE).c)
 endif
+ifneq ($(filter-out yes no,$(MATH)),)
+$(error MATH is '$(MATH)'; allowed: yes)
+endif
+ifneq ($(findstring -flto,$(MODULE_CFLAGS) $(MODULE_LDFLAGS)),)
+$(error -flto hides the symbols that verify.sh looks at; leave it out)
+endif
 tgm_targets := $(patsubst $(TGM_SDK)/mk/target-%.mk,%,$(wildcard $(TGM_SDK)/mk/target-*.mk))
 ifeq ($(filter $(TARGET),$(tgm_targets)),)
 $(error TARGET is '$(TARGET)'; allowed: $(tgm_targets))
@@ -60,8 +66,8 @@ TGM_SDK_SOURCES := mem.c text16.c text8.c number.c motion.c move.c start.c $(tgm
 TGM_SDK_CFLAGS  := -fno-builtin $(if $(findstring clang,$(tgm_cc)),,-fno-tree-loop-distribute-patterns)
 
 tgm_objects     := $(addprefix $(BUILD)/obj/,$(addsuffix .o,$(basename $(SOURCES))))
-tgm_sdk_objects := $(addprefix $(BUILD)/obj/sdk/,$(addsuffix .o,$(basename $(TGM_SDK_SOURCES))))
-tgm_math        := $(if $(filter yes,$(MATH)),$(BUILD)/obj/sdk/libtgm_math.a)
+tgm_sdk_objects := $(addprefix $(BUILD)/sdk/,$(addsuffix .o,$(basename $(TGM_SDK_SOURCES))))
+tgm_math        := $(if $(filter yes,$(MATH)),$(BUILD)/sdk/libtgm_math.a)
 tgm_file        := $(BUILD)/$(MODULE).tgm$(if $(tgm_flat),.bin)
 tgm_linked      := $(BUILD)/unverified/$(MODULE).tgm
 tgm_verify      := TARGET=$(TARGET) NM=$(tgm_prefix)nm READELF=$(tgm_prefix)readelf OBJDUMP=$(tgm_prefix)objdump \
@@ -77,17 +83,33 @@ endif
 .PHONY: all check run debug clean
 all: $(tgm_file)
 
-$(BUILD)/obj/sdk/%.o: $(TGM_SDK)/src/%.c
+# Everything is made anew when what it is made from or with has changed, not only when a file has.
+tgm_state := $(BUILD)/obj/.state
+define tgm_state_text
+$(CURDIR) $(MODULE) $(SOURCES) $(TARGET) $(TGM_SDK) $(MATH)
+$(tgm_cc) $(TGM_CFLAGS) $(MODULE_CFLAGS)
+$(tgm_cxx) $(TGM_CXXFLAGS)
+$(tgm_ldflags) $(MODULE_LDFLAGS)
+endef
+export tgm_state_text
+.PHONY: tgm_force
+tgm_force:
+$(tgm_state): tgm_force
+	@mkdir -p $(@D)
+	@printf '%s\n' "$$tgm_state_text" | cmp -s - $@ || printf '%s\n' "$$tgm_state_text" >$@
+$(tgm_objects) $(tgm_sdk_objects) $(tgm_math): $(tgm_state)
+
+$(BUILD)/sdk/%.o: $(TGM_SDK)/src/%.c
 	@mkdir -p $(@D)
 	$(tgm_say) CC $(<F)
 	$(tgm_q)$(tgm_cc) $(TGM_CFLAGS) $(TGM_SDK_CFLAGS) -MMD -MP -c -o $@ $<
 
-$(BUILD)/obj/sdk/%.o: $(TGM_SDK)/src/%.cpp
+$(BUILD)/sdk/%.o: $(TGM_SDK)/src/%.cpp
 	@mkdir -p $(@D)
 	$(tgm_say) CXX $(<F)
 	$(tgm_q)$(tgm_cxx) $(TGM_CXXFLAGS) $(TGM_SDK_CFLAGS) -MMD -MP -c -o $@ $<
 
-$(BUILD)/obj/sdk/libtgm_math.a: $(TGM_SDK)/mk/math.sh $(wildcard $(TGM_SDK)/src/math/*)
+$(BUILD)/sdk/libtgm_math.a: $(TGM_SDK)/mk/math.sh $(wildcard $(TGM_SDK)/src/math/*)
 	@mkdir -p $(@D)
 	$(tgm_say) MATH $@
 	$(tgm_q)$(TGM_SDK)/mk/math.sh $(@D) $(tgm_cc) $(tgm_cflags)
@@ -103,7 +125,7 @@ $(BUILD)/obj/%.o: %.cpp
 	$(tgm_q)$(tgm_cxx) $(TGM_CXXFLAGS) $(MODULE_CFLAGS) -MMD -MP -c -o $@ $<
 
 # When the link fails, verify.sh says which symbol and which source line, where the linker may not.
-$(tgm_linked): $(tgm_objects) $(tgm_sdk_objects) $(tgm_math) $(tgm_script)
+$(tgm_linked): $(tgm_objects) $(tgm_sdk_objects) $(tgm_math) $(tgm_script) $(tgm_state)
 	@mkdir -p $(@D)
 	@rm -f $@
 	$(tgm_say) LINK $@
@@ -122,7 +144,9 @@ endif
 
 # The verdict covers what verify.sh refuses, too, and says it with clause and line: so it is asked
 # about the module as linked.
-tgm_need = @command -v $(TGM) >/dev/null || \
+tgm_judged = $(if $(filter elf64,$(TARGET)),$(if $(filter 4,$(TGM_GENERATION)),yes))
+tgm_need = @[ "$(tgm_judged)" = yes ] || { echo "TARGET=$(TARGET) with TGM_GENERATION=$(TGM_GENERATION) is built and inspected," \
+    "not judged or run yet (docs/targets.md)" >&2; exit 3; }; command -v $(TGM) >/dev/null || \
     { echo "$(TGM) is not there: build the harness first (make in its own folder) or set TGM=path/to/tgm" >&2; exit 2; }
 
 check: $(tgm_linked)

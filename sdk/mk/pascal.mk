@@ -74,7 +74,7 @@ tgm_q   := @
 tgm_say = @printf '  %-6s %s\n'
 endif
 
-.PHONY: all check run clean
+.PHONY: all check run debug clean
 all: $(tgm_file)
 
 # All at once and from nothing: Free Pascal takes a fraction of a second, and no unit is ever stale.
@@ -110,11 +110,21 @@ $(tgm_file): $(tgm_linked) $(TGM_SDK)/mk/verify.sh $(TGM_SDK)/mk/verify_pascal.s
 
 # The verdict covers most of what the checks refuse, too, and says it with clause and line: so it is asked
 # about the module as linked.
+tgm_need = @[ "$(TARGET)" = elf64 ] || { echo "TARGET=$(TARGET) is built and inspected, not judged or run yet" \
+    "(docs/targets.md)" >&2; exit 3; }; command -v $(TGM) >/dev/null || \
+    { echo "$(TGM) is not there: build the harness first (make in its own folder) or set TGM=path/to/tgm" >&2; exit 2; }
+
 check: $(tgm_linked)
+	$(tgm_need)
 	$(TGM) check $(CHECK_FLAGS) $(tgm_linked)
 
 run: $(tgm_file)
+	$(tgm_need)
 	$(TGM) run $(RUN_FLAGS) $(tgm_file)
+
+debug: $(tgm_file)
+	$(tgm_need)
+	gdb -q -x $(TGM_SDK)/gdb/tgm.gdb --args $(TGM) run --in-process $(RUN_FLAGS) $(abspath $(tgm_file))
 
 clean:
 	rm -rf $(BUILD)

@@ -71,12 +71,14 @@ check_names() { # object
             bare = tolower($5); sub(/^_+/, "", bare); sub(/@.*/, "", bare)
             if (bare in lower) print "case", $5, lower[bare]
             else if ($5 ~ /^_Z[0-9]+[Pp][Rr][Oo][Gg][Rr][Aa][Mm]_/) print "mangled", $5, "-"
+            else if ($1 == "FUNC" && $2 == "GLOBAL" && bare ~ /^program_?[0-9i]/ && $3 != "DEFAULT") print "near", $5, "-"
             else if ($3 == "DEFAULT" && $2 != "LOCAL" && $5 != "GetProcAddress" && $5 !~ /^_Zd[la]Pv/ && ($1 == "FUNC" || $1 == "OBJECT")) print "extra", $5, "-"
         }' >"$work/names"
     while read -r what name right; do
         case $what in
         case) finding "$(place_of "$1" "$name")" "$name" \
             "not a name TG Motion looks up, letter case and decoration count; it must be $right" ;;
+        near) finding "$(place_of "$1" "$name")" "$name" "not one of the six names: $ENTRIES" ;;
         mangled) finding "$(place_of "$1" "$name")" "$name" \
             "a C++ name; declare the function extern \"C\" (tgm_plc.h does for the six names)" ;;
         data) finding "$(place_of "$1" "$name")" "$name" "is data; TG Motion calls it as a function" ;;
@@ -99,6 +101,13 @@ check_undefined() { # object; only before the link: afterwards the linker has sa
     symbols "$1" | awk '$4 == "UND" && $2 == "GLOBAL" {print $5}' | sort -u >"$work/undefined"
     while read -r name; do
         case $name in
+        Program_Ini | Program_0[1-5]) continue ;; # said by name below
+        sin | cos | tan | asin | acos | atan | atan2 | sinh | cosh | tanh | exp | exp2 | expm1 | log | log2 | log10 | log1p | pow | \
+            sqrt | hypot | cbrt | floor | ceil | round | trunc | rint | fmod | remainder | fma | lround | llround)
+            grep -qxF "$name" "$work/defined" || finding "$(place_of "$1" "$name")" "$name" \
+                "not in the module; set MATH := yes in the Makefile to link the SDK's mathematics"
+            continue
+            ;;
         _GLOBAL_OFFSET_TABLE_ | tgm_bss_begin | tgm_bss_end | __aeabi_* | __*di3 | __*ti3 | __udivmod* | __divmod*) continue ;;
         esac
         grep -qxF "$name" "$work/defined" ||
@@ -244,7 +253,7 @@ for object in "$@"; do
     check_kinds "$object"
     check_constructors "$object"
 done
-[ -e "$module" ] && check_module_$format
+if [ -e "$module" ]; then check_module_$format; else missing "$work/defined"; fi
 
 sort -u "$work/findings" >&2
 [ ! -s "$work/findings" ]

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * shuttle.cpp - the machine of templates/c/shuttle.c in C++17: one carriage on one servo, one I/O unit.
+ * shuttle.cpp - the machine of the C template in C++17: one carriage on one servo, one I/O unit.
  *
  * What C++ has to respect here: TG Motion does not initialise globals and runs no constructors, so the
  * machine lives in raw memory and Program_Ini builds it there; no exceptions, no RTTI, no new and delete.

@@ -8,7 +8,7 @@
 // lies in TGM_Data as ShuttleStatus.
 //
 // Every function keeps the order the manual asks for: read inputs, compute, write outputs.
-// The same machine in C: templates/c/shuttle.c. A module in Pascal is a unit; README.md says why.
+// The same machine in C: the C template. A module in Pascal is a unit; README.md says why.
 unit shuttle;
 
 interface

@@ -30,6 +30,8 @@
 
 #ifdef __cplusplus
 extern "C" {
+#endif
+#if defined(__cplusplus) && !defined(_WIN32) /* as each platform's <math.h> declares them */
 #define TGM_MATH_NOTHROW noexcept
 #elif defined(__GNUC__)
 #define TGM_MATH_NOTHROW __attribute__((__nothrow__))

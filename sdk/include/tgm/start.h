@@ -22,6 +22,18 @@
 extern "C" {
 #endif
 
+/* One name for each layout, so that parts of a module compiled for different ones do not link. */
+#if TGM_GENERATION == 4
+#define tgm_start_reason tgm_start_reason_4
+#define tgm_check_start  tgm_check_start_4
+#elif TGM_MEMORY_ID == 905
+#define tgm_start_reason tgm_start_reason_5_905
+#define tgm_check_start  tgm_check_start_5_905
+#else
+#define tgm_start_reason tgm_start_reason_5_906
+#define tgm_check_start  tgm_check_start_5_906
+#endif
+
 /* In the order of the checks: what is read in one is known to be there from those before it. */
 enum tgm_start {
     TGM_START_OK = 0,
