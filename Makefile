@@ -110,6 +110,7 @@ install: $(BUILD)/tgm third_party/musl/.from ## install the program and the SDK 
 	cp -R sdk templates $(DESTDIR)$(PREFIX)/share/tgm/
 	cp -R third_party/musl $(DESTDIR)$(PREFIX)/share/tgm/third_party/
 	rm -rf $(DESTDIR)$(PREFIX)/share/tgm/templates/*/build
+	cp -R docs LICENSES $(DESTDIR)$(PREFIX)/share/tgm/
 	install -m 644 LICENSE $(DESTDIR)$(PREFIX)/share/tgm/
 
 .PHONY: clean
