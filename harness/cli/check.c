@@ -7,20 +7,6 @@
 #include "cli/cli.h"
 #include "conformance/check.h"
 
-#define DEFAULT_SEED 0x1d2f
-
-static const struct profile *profile_or_complain(const struct command *command, const char *name)
-{
-    const struct profile *profile = profile_find(name);
-    if (profile != NULL)
-        return profile;
-    char all[256] = "";
-    for (size_t i = 0, at = 0; profile_at(i) != NULL; i++)
-        at += (size_t)snprintf(all + at, sizeof all - at, " %s", profile_at(i)->name);
-    complain(command, "unknown profile '%s'; allowed:%s", name, all);
-    return NULL;
-}
-
 static int status_of(enum verdict verdict)
 {
     return verdict == VERDICT_PASS   ? EXIT_OK

@@ -54,6 +54,13 @@ bool options_read(const struct command *command, const struct option *options, i
 int complain(const struct command *command, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
 
+/* Seed of check and run unless --seed says otherwise. */
+#define DEFAULT_SEED 0x1d2f
+
+struct profile;
+/* The profile of that name; NULL, and the allowed names said, when there is none. */
+const struct profile *profile_or_complain(const struct command *command, const char *name);
+
 /* The entry of names (count of them) closest to word, NULL when none is close. */
 const char *nearest(const char *word, const char *const *names, size_t count);
 

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "cli/cli.h"
+#include "conformance/profile.h"
 
 #define NAMES_MAX 64
 
@@ -197,4 +198,16 @@ bool options_read(const struct command *command, const struct option *options, i
         }
     }
     return true;
+}
+
+const struct profile *profile_or_complain(const struct command *command, const char *name)
+{
+    const struct profile *profile = profile_find(name);
+    if (profile != NULL)
+        return profile;
+    char all[256] = "";
+    for (size_t i = 0, at = 0; profile_at(i) != NULL; i++)
+        at += (size_t)snprintf(all + at, sizeof all - at, " %s", profile_at(i)->name);
+    complain(command, "unknown profile '%s'; allowed:%s", name, all);
+    return NULL;
 }

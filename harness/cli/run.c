@@ -262,7 +262,7 @@ int command_run(const struct command *command, int argc, char **argv)
 {
     static struct run run;
     const char *profile_name = "pc4", *record = NULL, *module = NULL;
-    uint64_t duration = UINT64_C(2000000000), cycle_us = 0, seed = 0x1d2f;
+    uint64_t duration = UINT64_C(2000000000), cycle_us = 0, seed = DEFAULT_SEED;
     const struct option table[] = {
         { "--for", OPTION_DURATION, "TIME", "simulated time, as in 2s or 500ms (default 2s)",
           &duration, 0, 0 },
@@ -286,9 +286,9 @@ int command_run(const struct command *command, int argc, char **argv)
         return status;
     if (words == 0)
         return complain(command, "which module? usage: tgm run %s", command->usage);
-    const struct profile *profile = profile_find(profile_name);
+    const struct profile *profile = profile_or_complain(command, profile_name);
     if (profile == NULL)
-        return complain(command, "unknown profile '%s'; allowed: pc4", profile_name);
+        return EXIT_CALL;
     const struct product *product = product_find(profile->product);
     if (cycle_us == 0)
         cycle_us = product->default_cycle_us;

@@ -7,9 +7,8 @@
 #include <stdio.h>
 #include <string.h>
 
-static size_t memory_size(const struct host *host, const char *name)
+static size_t memory_size(const char *name)
 {
-    (void)host;
     const struct catalogue_memory *memory = catalogue_memory_named(name);
     return memory != NULL ? memory->size : 0;
 }
@@ -25,17 +24,17 @@ static void fill_header(struct host *host)
     h->CompatibilityMem_Id = product->memory_id;
     h->CompatibilityCnc_Id = product->cnc_id;
     h->Mem_Number = (uint32_t)count;
-    h->Mem_Size_System = (uint32_t)memory_size(host, "TGM_System");
-    h->Mem_Size_Data = (uint32_t)memory_size(host, "TGM_Data");
-    h->Mem_Size_Cam = (uint32_t)memory_size(host, "TGM_Cam_Profile");
-    h->Mem_Size_Osc = (uint32_t)memory_size(host, "TGM_Oscilloscope");
-    h->Mem_Size_Servo = (uint32_t)memory_size(host, "TGM_Servo");
-    h->Mem_Size_Dio = (uint32_t)memory_size(host, "TGM_Dio");
-    h->Mem_Size_Interpolator = (uint32_t)memory_size(host, "TGM_Interpolator");
-    h->Mem_Size_InterpolatorWrite = (uint32_t)memory_size(host, "InterpolatorWriteMemory");
-    h->Mem_Size_InterpolatorRead = (uint32_t)memory_size(host, "InterpolatorReadMemory");
-    h->Mem_Size_Ods = (uint32_t)memory_size(host, "TGM_ODS");
-    h->Mem_Size_CncEx = (uint32_t)memory_size(host, "TGM_CNCEX");
+    h->Mem_Size_System = (uint32_t)memory_size("TGM_System");
+    h->Mem_Size_Data = (uint32_t)memory_size("TGM_Data");
+    h->Mem_Size_Cam = (uint32_t)memory_size("TGM_Cam_Profile");
+    h->Mem_Size_Osc = (uint32_t)memory_size("TGM_Oscilloscope");
+    h->Mem_Size_Servo = (uint32_t)memory_size("TGM_Servo");
+    h->Mem_Size_Dio = (uint32_t)memory_size("TGM_Dio");
+    h->Mem_Size_Interpolator = (uint32_t)memory_size("TGM_Interpolator");
+    h->Mem_Size_InterpolatorWrite = (uint32_t)memory_size("InterpolatorWriteMemory");
+    h->Mem_Size_InterpolatorRead = (uint32_t)memory_size("InterpolatorReadMemory");
+    h->Mem_Size_Ods = (uint32_t)memory_size("TGM_ODS");
+    h->Mem_Size_CncEx = (uint32_t)memory_size("TGM_CNCEX");
 }
 
 static void fill_main(struct host *host)

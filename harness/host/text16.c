@@ -95,8 +95,8 @@ static void emit_number(struct sink *sink, const struct conversion *c, const cha
                         uint64_t whole, double real, bool is_real)
 {
     char format[32], text[NUMBER_MAX];
-    int at = snprintf(format, sizeof format, "%%%s%s%s%s", c->plus ? "+" : "", c->space ? " " : "",
-                      c->alternate ? "#" : "", "");
+    int at = snprintf(format, sizeof format, "%%%s%s%s", c->plus ? "+" : "", c->space ? " " : "",
+                      c->alternate ? "#" : "");
     if (c->has_precision)
         at += snprintf(format + at, sizeof format - (size_t)at, ".%d",
                        c->precision < PRECISION_MAX ? c->precision : PRECISION_MAX);
