@@ -28,7 +28,8 @@ IMAGE_SRC := image.c image_sort.c image_text.c elf.c elf_kinds.c elf_header.c el
     pe_imports.c pe_relocs.c pe_initialisers.c pe_symbols.c pe_debug.c flat.c lines.c lines_extract.c lines_stack.c
 MACHINE_SRC := load.c poison.c regions.c call.c fault.c attribute.c watchdog.c sandbox.c filter.c confine.c worker.c
 BUS_SRC := client.c client_cycle.c client_map.c segment.c slave.c registers.c sii.c syncman.c fmmu.c al.c dc.c \
-    watchdog.c mailbox.c coe.c coe_info.c od.c pdo.c cia402.c axis.c devices.c dev_drive.c drive.c drive_cyclic.c drive_homing.c drive_od.c drive_profile.c dev_dio.c \
+    watchdog.c mailbox.c coe.c coe_info.c od.c pdo.c cia402.c axis.c devices.c dev_drive.c drive.c drive_cyclic.c \
+    drive_homing.c drive_od.c drive_profile.c dev_dio.c wire.c \
     port/clock.c port/port.c
 HOST_SRC := product.c schedule.c catalogue.c text16.c evidence.c memories.c services.c servo.c dio.c host.c experiment.c
 REPORT_SRC := text.c json.c
@@ -151,7 +152,7 @@ $(BUILD)/obj/harness/bus/%.o: harness/bus/%.c | third_party/soem/.from
 	@echo "  CC     $<"
 	$(Q)$(CC) $(ALL_CFLAGS) $(BUS_CFLAGS) -c -o $@ $<
 
-$(BUILD)/obj/soem/%.o: third_party/soem/.from
+$(BUILD)/obj/soem/%.o: third_party/soem/.from $(wildcard harness/bus/port/*.h)
 	@mkdir -p $(@D)
 	@echo "  CC     third_party/soem/soem/$*.c"
 	$(Q)$(CC) $(SOEM_CFLAGS) -c -o $@ third_party/soem/soem/$*.c

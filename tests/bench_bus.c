@@ -49,7 +49,9 @@ static void enable(size_t slaves, uint32_t cycle_ns)
 static void measure(const char *what, const struct bus_device *devices, size_t count,
                     uint32_t cycle_ns)
 {
-    struct bus_config config = { devices, count, cycle_ns, 1 };
+    struct bus_config config = {
+        .devices = devices, .device_count = count, .cycle_ns = cycle_ns, .seed = 1
+    };
     char why[BUS_WHY];
     double best = 1e18;
 
@@ -72,9 +74,8 @@ static void measure(const char *what, const struct bus_device *devices, size_t c
 
 int main(void)
 {
-    static const struct bus_device drive = { "drive-cia402", NULL, 0 };
-    static const struct bus_device mixed[] = { { "drive-cia402", NULL, 0 },
-                                               { "dio-8x8", NULL, 0 } };
+    static const struct bus_device drive = { .type = "drive-cia402" };
+    static const struct bus_device mixed[] = { { .type = "drive-cia402" }, { .type = "dio-8x8" } };
     struct bus_device drives[32];
     static const uint32_t cycles[] = { 250000, 1000000 };
 

@@ -97,8 +97,10 @@ static inline bool frame_send(struct rig *rig)
 {
     size_t length = rig->used < SEGMENT_FRAME_MIN ? SEGMENT_FRAME_MIN : rig->used;
 
+    enum segment_port port = SEGMENT_PORT_A;
+
     rig->now += 10000;
-    return segment_transfer(&rig->segment, rig->frame, length, rig->now, NULL);
+    return segment_transfer(&rig->segment, &port, rig->frame, length, rig->now, NULL);
 }
 
 static inline unsigned frame_wkc(const struct rig *rig, size_t at)

@@ -16,10 +16,10 @@
 
 static const struct bus_stimulus stimuli[] = { { 0, 20 * MS, 0 }, { 5, 8 * MS, 100 * MS } };
 static const struct bus_device machine[] = {
-    { "drive-cia402", NULL, 0 },
-    { "dio-8x8", stimuli, 2 },
-    { "drive-cia402", NULL, 0 },
-    { "dio-8x8", NULL, 0 },
+    { .type = "drive-cia402" },
+    { .type = "dio-8x8", .stimuli = stimuli, .stimulus_count = 2 },
+    { .type = "drive-cia402" },
+    { .type = "dio-8x8" },
 };
 
 struct plant {
@@ -30,7 +30,9 @@ struct plant {
 static void plant_open(struct plant *p, const struct bus_device *devices, size_t count,
                        uint64_t seed)
 {
-    struct bus_config config = { devices, count, MS, seed };
+    struct bus_config config = {
+        .devices = devices, .device_count = count, .cycle_ns = MS, .seed = seed
+    };
     char why[BUS_WHY];
     int error = bus_open(&p->bus, &config, why);
 
@@ -455,7 +457,7 @@ static void a_full_bus_of_64_slaves_needs_more_than_one_frame_and_works(void **s
 
 static void a_bus_of_terminals_only_works(void **state)
 {
-    static const struct bus_device terminals[] = { { "dio-8x8", NULL, 0 }, { "dio-8x8", NULL, 0 } };
+    static const struct bus_device terminals[] = { { .type = "dio-8x8" }, { .type = "dio-8x8" } };
     struct plant p;
 
     (void)state;
@@ -468,8 +470,8 @@ static void a_bus_of_terminals_only_works(void **state)
 
 static void nonsense_is_refused_with_a_reason(void **state)
 {
-    static const struct bus_device unknown[] = { { "toaster", NULL, 0 } };
-    struct bus_config config = { unknown, 1, MS, 0 };
+    static const struct bus_device unknown[] = { { .type = "toaster" } };
+    struct bus_config config = { .devices = unknown, .device_count = 1, .cycle_ns = MS };
     char why[BUS_WHY];
     struct bus *bus;
 

@@ -420,11 +420,13 @@ static void a_header_that_claims_more_than_the_frame_is_dropped(void **state)
 static void short_and_oversized_frames_are_dropped(void **state)
 {
     struct rig *rig = *state;
+    enum segment_port port = SEGMENT_PORT_A;
     static uint8_t large[2000];
 
     for (size_t length = 0; length < SEGMENT_FRAME_MIN; length++)
-        assert_false(segment_transfer(&rig->segment, large, length, rig->now, NULL));
-    assert_false(segment_transfer(&rig->segment, large, SEGMENT_FRAME_MAX + 1, rig->now, NULL));
+        assert_false(segment_transfer(&rig->segment, &port, large, length, rig->now, NULL));
+    assert_false(
+        segment_transfer(&rig->segment, &port, large, SEGMENT_FRAME_MAX + 1, rig->now, NULL));
 }
 
 static uint64_t random_state = 88172645463325252u;
@@ -443,6 +445,7 @@ static void random_and_mutated_frames_never_reach_beyond_the_frame(void **state)
     struct rig *rig = *state;
 
     for (unsigned round = 0; round < 60000; round++) {
+        enum segment_port port = SEGMENT_PORT_A;
         size_t length = SEGMENT_FRAME_MIN + random_u32() % (round % 8 ? 200 : 1455);
         uint8_t *frame = malloc(length);
 
@@ -459,7 +462,7 @@ static void random_and_mutated_frames_never_reach_beyond_the_frame(void **state)
         if (round % 5 == 0)
             put_u16(frame + 20, 0x0f00 + random_u32() % 0x400);
         rig->now += 1000;
-        segment_transfer(&rig->segment, frame, length, rig->now, NULL);
+        segment_transfer(&rig->segment, &port, frame, length, rig->now, NULL);
         free(frame);
     }
     /* And it still answers. */

@@ -22,11 +22,21 @@
 #define BUS_MAX_SLAVES 64
 
 struct bus;
+struct bus_library; /* device types: those built in and those of device files (library.h) */
+struct faults;      /* what goes wrong, and when (faults.h) */
+struct pcap;        /* where frames are written to (pcap.h) */
+
+/* Who a slave says it is; 0: what its type says. */
+struct bus_identity {
+    uint32_t vendor, product, revision;
+};
 
 /* What stands on the bus, in wiring order. `type` names a row of the device table
  * (bus_device_types). */
 struct bus_device {
     const char *type;
+    struct bus_identity identity;
+    uint16_t alias;                     /* configured station alias, SII word 4 */
     const struct bus_stimulus *stimuli; /* what the outside world does to its inputs; may be NULL */
     size_t stimulus_count;
 };
@@ -43,6 +53,9 @@ struct bus_config {
     size_t device_count;
     uint32_t cycle_ns; /* period of the process data exchange */
     uint64_t seed;
+    const struct bus_library *library; /* NULL: built-in types only */
+    struct pcap *capture;              /* NULL: none */
+    bool redundant;                    /* SOEM's second port closes the ring */
 };
 
 struct bus_slave {
@@ -115,6 +128,10 @@ int bus_sdo_read(struct bus *bus, size_t slave, uint16_t index, uint8_t subindex
                  size_t *size, uint32_t *abort);
 int bus_sdo_write(struct bus *bus, size_t slave, uint16_t index, uint8_t subindex, const void *data,
                   size_t size, uint32_t *abort);
+
+/* The outside world sets input `channel` of a slave from now on, instead of its stimuli: digital
+ * inputs 0 or 1, analog inputs their raw value. -EINVAL: no such slave or channel. */
+int bus_set_input(struct bus *bus, size_t slave, unsigned channel, int64_t value);
 
 /* The device table: name and one-line description by index, NULL past the end. */
 const char *bus_device_type(size_t index, const char **description);

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 #include "bus/client.h"
+#include "bus/library.h"
 
 #include <errno.h>
 #include <pthread.h>
@@ -31,12 +32,6 @@ static uint64_t slave_seed(uint64_t seed, size_t index)
     return z ^ z >> 31;
 }
 
-static bool transfer(void *far_end, uint8_t *frame, size_t length, uint64_t now_ns,
-                     uint64_t *back_ns)
-{
-    return segment_transfer(far_end, frame, length, now_ns, back_ns);
-}
-
 static int build_segment(struct bus *bus, const struct bus_config *config, char why[BUS_WHY])
 {
     bus->slaves = calloc(config->device_count, sizeof *bus->slaves);
@@ -44,11 +39,13 @@ static int build_segment(struct bus *bus, const struct bus_config *config, char 
         return fail(why, -ENOMEM, "no memory for %zu slaves", config->device_count);
     for (size_t i = 0; i < config->device_count; i++) {
         const struct bus_device *device = &config->devices[i];
-        struct slave_setup setup = { .type = device_type_find(device->type),
+        struct slave_setup setup = { .type = library_find(config->library, device->type),
                                      .seed = slave_seed(config->seed, i),
                                      .serial = (uint32_t)(i + 1),
                                      .stimuli = device->stimuli,
-                                     .stimulus_count = device->stimulus_count };
+                                     .stimulus_count = device->stimulus_count,
+                                     .identity = &device->identity,
+                                     .alias = device->alias };
 
         if (!setup.type)
             return fail(why, -EINVAL, "device %zu: no device type \"%s\"", i + 1, device->type);
@@ -59,13 +56,13 @@ static int build_segment(struct bus *bus, const struct bus_config *config, char 
             return fail(why, -EINVAL, "device type \"%s\": its SII does not fit", device->type);
     }
     segment_init(&bus->segment, bus->slaves, config->device_count);
+    bus->wire = (struct wire){ .segment = &bus->segment, .capture = config->capture };
     return 0;
 }
 
 static void wire_context(struct bus *bus)
 {
-    bus->port.wire.far_end = &bus->segment;
-    bus->port.wire.transfer = transfer;
+    bus->port.wire = &bus->wire;
     bus->port.clock = &bus->clock;
     bus->context = (ecx_contextt){
         .port = &bus->port,

@@ -7,6 +7,7 @@
 #include "bus/port/clock.h"
 #include "bus/segment.h"
 #include "bus/slave.h"
+#include "bus/wire.h"
 
 #include "oshw.h"
 #include "osal.h"
@@ -40,6 +41,7 @@ struct bus {
     struct client_map map[BUS_MAX_SLAVES][2]; /* by enum bus_direction */
 
     struct segment segment;
+    struct wire wire;
     struct slave *slaves;
     void *devices[BUS_MAX_SLAVES];
 

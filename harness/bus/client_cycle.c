@@ -53,6 +53,15 @@ int bus_expected_wkc(const struct bus *bus)
     return bus->grouplist[0].outputsWKC * 2 + bus->grouplist[0].inputsWKC;
 }
 
+int bus_set_input(struct bus *bus, size_t slave, unsigned channel, int64_t value)
+{
+    const struct slave *s = &bus->slaves[slave];
+
+    if (slave >= bus->slave_count || !s->type->set_input)
+        return -EINVAL;
+    return s->type->set_input(s->device, channel, value);
+}
+
 static void write_state(struct bus *bus, size_t slave, unsigned state)
 {
     bus->slavelist[slave].state = (uint16)state;

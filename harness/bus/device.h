@@ -49,6 +49,12 @@ struct device_type {
     void (*watchdog)(void *device, uint64_t now_ns);
     /* Level of the digital output pins for register 0x0F10; NULL when the device has none. */
     uint32_t (*pins)(const void *device);
+    /* The outside world holds input `channel` at `value` from now on (bus_set_input). 0 or -EINVAL;
+     * NULL: no inputs. */
+    int (*set_input)(void *device, unsigned channel, int64_t value);
+    /* Something in the device breaks: axis `axis` (from 0) goes into fault reaction with the CiA
+     * 402 error code. 0 or -EINVAL; NULL: cannot. */
+    int (*fault)(void *device, unsigned axis, uint16_t code, uint64_t now_ns);
 };
 
 /* NULL past the end. */

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 #include "bus/device.h"
+#include "bus/library.h"
 
 #include <string.h>
 
@@ -25,6 +26,12 @@ const struct device_type *device_type_find(const char *name)
             return type;
     }
     return NULL;
+}
+
+const struct device_type *library_find(const struct bus_library *library, const char *name)
+{
+    (void)library;
+    return device_type_find(name);
 }
 
 const char *bus_device_type(size_t index, const char **description)

@@ -179,10 +179,20 @@ static void count_error(struct slave *s)
         s->memory[REG_PU_ERRORS]++;
 }
 
+/* Slaves in front of the first break. */
+static size_t reachable(const struct segment *segment)
+{
+    size_t n = 0;
+
+    while (n < segment->count && !segment->cut[n] && segment->slaves[n].powered)
+        n++;
+    return n;
+}
+
 static bool pass_all(struct segment *segment, uint8_t *frame, uint8_t *at, const uint8_t *end,
                      uint64_t now_ns)
 {
-    for (size_t i = 0; i < segment->count; i++) {
+    for (size_t i = 0; i < reachable(segment); i++) {
         struct slave *s = &segment->slaves[i];
         bool forwarding = s->memory[REG_DL_CONTROL] & DL_CONTROL_FORWARDING;
 
@@ -201,15 +211,17 @@ static bool pass_all(struct segment *segment, uint8_t *frame, uint8_t *at, const
     return true;
 }
 
-bool segment_transfer(struct segment *segment, uint8_t *frame, size_t length, uint64_t now_ns,
-                      uint64_t *back_ns)
+bool segment_transfer(struct segment *segment, enum segment_port *port, uint8_t *frame,
+                      size_t length, uint64_t now_ns, uint64_t *back_ns)
 {
-    const struct slave *last = segment->count ? &segment->slaves[segment->count - 1] : NULL;
+    size_t reached = reachable(segment);
+    const struct slave *last = reached ? &segment->slaves[reached - 1] : NULL;
     uint8_t *datagrams = frame + ETHER_HEADER + ECAT_HEADER;
     uint16_t header;
     size_t claimed;
 
-    if (length < SEGMENT_FRAME_MIN || length > SEGMENT_FRAME_MAX || !last)
+    if (length < SEGMENT_FRAME_MIN || length > SEGMENT_FRAME_MAX || !last ||
+        *port != SEGMENT_PORT_A)
         return false;
     if (back_ns)
         *back_ns = now_ns + (length + ETHER_OVERHEAD) * BYTE_NS + 2u * last->delay_ns;
@@ -227,8 +239,33 @@ bool segment_transfer(struct segment *segment, uint8_t *frame, size_t length, ui
     return pass_all(segment, frame, datagrams, datagrams + claimed, now_ns);
 }
 
+void segment_close_ring(struct segment *segment, bool ring, uint64_t now_ns)
+{
+    (void)now_ns;
+    segment->ring = ring;
+}
+
+void segment_cable(struct segment *segment, size_t behind, bool plugged, uint64_t now_ns)
+{
+    (void)now_ns;
+    if (behind <= segment->count)
+        segment->cut[behind] = !plugged;
+}
+
+void segment_power(struct segment *segment, size_t slave, bool on, uint64_t now_ns)
+{
+    struct slave *s = &segment->slaves[slave];
+
+    if (slave >= segment->count || s->powered == on)
+        return;
+    s->powered = on;
+    if (on)
+        slave_power_on(s, now_ns);
+}
+
 void segment_init(struct segment *segment, struct slave *slaves, size_t count)
 {
+    memset(segment, 0, sizeof *segment);
     segment->slaves = slaves;
     segment->count = count;
     for (size_t i = 0; i < count; i++) {

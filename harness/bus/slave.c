@@ -13,6 +13,18 @@ static int8_t sm_of_type(const struct sii_info *info, uint8_t type)
     return -1;
 }
 
+static void take_identity(struct sii_info *sii, const struct bus_identity *identity)
+{
+    if (!identity)
+        return;
+    if (identity->vendor)
+        sii->vendor = identity->vendor;
+    if (identity->product)
+        sii->product = identity->product;
+    if (identity->revision)
+        sii->revision = identity->revision;
+}
+
 int slave_init(struct slave *slave, const struct slave_setup *setup)
 {
     const struct device_type *type = setup->type;
@@ -20,10 +32,13 @@ int slave_init(struct slave *slave, const struct slave_setup *setup)
                                    .serial = setup->serial,
                                    .stimuli = setup->stimuli,
                                    .stimulus_count = setup->stimulus_count };
+    struct sii_info sii = *type->sii;
 
+    take_identity(&sii, setup->identity);
     memset(slave, 0, sizeof *slave);
     slave->type = type;
     slave->device = setup->device;
+    slave->powered = true;
     slave->due_ns = SLAVE_NEVER;
     slave->state = AL_INIT;
     slave->output_sm = sm_of_type(type->sii, SII_SM_OUTPUTS);
@@ -31,7 +46,7 @@ int slave_init(struct slave *slave, const struct slave_setup *setup)
     slave->logical_first = UINT32_MAX;
     if (type->sii->mailbox.out_size > MAILBOX_MAX || type->sii->mailbox.in_size > MAILBOX_MAX)
         return -EINVAL;
-    if (!sii_build(type->sii, setup->serial, 0, slave->image))
+    if (!sii_build(&sii, setup->serial, setup->alias, slave->image))
         return -EINVAL;
     registers_reset(slave);
     sii_load(slave, true);
@@ -41,6 +56,16 @@ int slave_init(struct slave *slave, const struct slave_setup *setup)
     if (type->init)
         type->init(slave->device, &device);
     return 0;
+}
+
+void slave_power_on(struct slave *slave, uint64_t now_ns)
+{
+    al_fall(slave, AL_INIT, AL_CODE_NONE);
+    slave->now_ns = now_ns;
+    registers_reset(slave);
+    sii_load(slave, true);
+    if (slave->type->od)
+        od_reset(slave->type->od, slave->device);
 }
 
 static uint64_t earlier(uint64_t a, uint64_t b)

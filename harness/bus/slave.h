@@ -77,7 +77,8 @@ struct slave {
     void *device;
     uint64_t now_ns; /* virtual time at this slave */
     uint64_t due_ns; /* earliest of al, mailbox, watchdog; may be too early, never too late */
-    uint8_t state;   /* AL state without error bit */
+    bool powered;
+    uint8_t state; /* AL state without error bit */
     int8_t output_sm, input_sm;
 
     uint32_t delay_ns;  /* from the master to this slave's processing unit */
@@ -108,11 +109,17 @@ struct slave_setup {
     uint32_t serial;
     const struct bus_stimulus *stimuli;
     size_t stimulus_count;
+    const struct bus_identity *identity; /* instead of the type's; NULL: the type's */
+    uint16_t alias;
 };
 
 /* Power-on at virtual time 0. 0, or -EINVAL when the type's SII does not build or its mailbox is
  * larger than MAILBOX_MAX. */
 int slave_init(struct slave *slave, const struct slave_setup *setup);
+
+/* Switched on again: registers, SII, application and state as after slave_init(); what the machine
+ * behind it did (an axis' position) stays. */
+void slave_power_on(struct slave *slave, uint64_t now_ns);
 
 /* Lets virtual time at this slave pass up to now_ns; earlier times are ignored. */
 void slave_advance(struct slave *slave, uint64_t now_ns);

@@ -13,20 +13,14 @@
 
 #include "bus/port/clock.h"
 
-/* The far end of the cable. `transfer` takes a whole Ethernet frame without FCS at virtual time
- * now_ns and, when it comes back, leaves it changed in place and tells when. */
-struct port_wire {
-    void *far_end;
-    bool (*transfer)(void *far_end, uint8_t *frame, size_t length, uint64_t now_ns,
-                     uint64_t *back_ns);
-};
+struct wire; /* the far end of the cable: wire.h */
 
 typedef struct {
     int unused;
 } ecx_redportt;
 
 typedef struct {
-    struct port_wire wire;   /* set before ecx_init() */
+    struct wire *wire;       /* set before ecx_init() */
     struct bus_clock *clock; /* likewise */
     uint8 lastidx;
     int rxbufstat[EC_MAXBUF];

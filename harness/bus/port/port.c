@@ -2,6 +2,7 @@
 #include "oshw.h"
 #include "osal.h"
 #include "bus/bytes.h"
+#include "bus/wire.h"
 
 #include <string.h>
 
@@ -50,7 +51,7 @@ void ec_setupheader(void *p)
 int ecx_setupnic(ecx_portt *port, const char *ifname, int secondary)
 {
     (void)ifname;
-    if (secondary || !port->wire.transfer || !port->clock)
+    if (secondary || !port->wire || !port->clock)
         return 0;
     port->lastidx = 0;
     for (int i = 0; i < EC_MAXBUF; i++) {
@@ -62,7 +63,7 @@ int ecx_setupnic(ecx_portt *port, const char *ifname, int secondary)
 
 int ecx_closenic(ecx_portt *port)
 {
-    memset(&port->wire, 0, sizeof port->wire);
+    port->wire = NULL;
     return 0;
 }
 
@@ -92,12 +93,13 @@ int ecx_outframe_red(ecx_portt *port, uint8 idx)
 {
     size_t length = (size_t)port->txbuflength[idx];
     size_t padded = length < FRAME_MIN ? FRAME_MIN : length;
+    enum segment_port side = SEGMENT_PORT_A;
 
     port->rxbufstat[idx] = EC_BUF_TX;
     memcpy(port->air, port->txbuf[idx], length);
     memset(port->air + length, 0, padded - length);
-    if (!port->wire.transfer(port->wire.far_end, port->air, padded, port->clock->now_ns,
-                             &port->back_ns[idx]))
+    if (!wire_transfer(port->wire, &side, port->air, padded, port->clock->now_ns,
+                       &port->back_ns[idx]))
         return (int)padded;
     memcpy(port->rxbuf[idx], port->air + HEADER, length - HEADER);
     port->rxbufstat[idx] = EC_BUF_RCVD;
