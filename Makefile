@@ -27,7 +27,7 @@ IMAGE_SRC := image.c image_sort.c image_text.c elf.c elf_kinds.c elf_header.c el
     elf_symbols.c elf_symtab.c elf_lookup.c elf_relocs.c elf_initialisers.c pe.c pe_headers.c pe_sections.c pe_exports.c \
     pe_imports.c pe_relocs.c pe_initialisers.c pe_symbols.c pe_debug.c flat.c lines.c lines_extract.c lines_stack.c
 MACHINE_SRC := load.c poison.c regions.c call.c fault.c attribute.c watchdog.c sandbox.c filter.c confine.c worker.c
-BUS_SRC := client.c client_cycle.c client_map.c segment.c slave.c registers.c sii.c syncman.c fmmu.c al.c dc.c \
+BUS_SRC := client.c client_cycle.c client_jobs.c client_map.c client_watch.c fiber.c segment.c slave.c registers.c sii.c syncman.c fmmu.c al.c dc.c \
     watchdog.c mailbox.c coe.c coe_info.c od.c pdo.c cia402.c axis.c devices.c dev_drive.c drive.c drive_cyclic.c \
     drive_homing.c drive_od.c drive_profile.c dev_dio.c wire.c \
     port/clock.c port/port.c
@@ -39,7 +39,7 @@ SOEM_SRC := ethercatbase.c ethercatcoe.c ethercatconfig.c ethercatdc.c ethercatm
 
 ROOM_OBJ := $(addprefix $(BUILD)/obj/harness/image/,$(IMAGE_SRC:.c=.o)) \
     $(addprefix $(BUILD)/obj/harness/machine/,$(MACHINE_SRC:.c=.o)) $(BUILD)/obj/harness/machine/trampoline.o \
-    $(addprefix $(BUILD)/obj/harness/bus/,$(BUS_SRC:.c=.o)) \
+    $(addprefix $(BUILD)/obj/harness/bus/,$(BUS_SRC:.c=.o)) $(BUILD)/obj/harness/bus/fiber_switch.o \
     $(addprefix $(BUILD)/obj/harness/host/,$(HOST_SRC:.c=.o)) \
     $(addprefix $(BUILD)/obj/harness/report/,$(REPORT_SRC:.c=.o)) \
     $(addprefix $(BUILD)/obj/conformance/,$(CONFORMANCE_SRC:.c=.o)) \

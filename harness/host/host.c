@@ -153,8 +153,10 @@ bool host_start(struct host *host)
     if (!call(host, ENTRY_INI) || host->evidence->calls[ENTRY_INI].last_value != 1)
         return false;
     host->evidence->cycle = 0;
-    if (host->bus != NULL)
+    if (host->bus != NULL) {
+        bus_supervise(host->bus, true);
         bus_request_op(host->bus);
+    }
     return true;
 }
 
@@ -201,8 +203,7 @@ static void receive(struct host *host)
         host->exchanged = host->exchanged || wkc > 0;
         if (wkc < bus_expected_wkc(host->bus) && host->evidence->op_cycle != EVIDENCE_NO_CYCLE)
             host->evidence->wkc_errors++;
-        bus_poll_state(host->bus, host->poll_next);
-        host->poll_next = (host->poll_next + 1) % bus_slave_count(host->bus);
+        bus_poll_states(host->bus);
         note_bus(host);
     }
     servo_receive(host);

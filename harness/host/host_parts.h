@@ -49,7 +49,6 @@ struct host {
 
     struct bus *bus;
     uint64_t bus_zero; /* bus time of the first cycle */
-    size_t poll_next;  /* slave whose state is read next */
     bool exchanged;    /* process data have come back at least once: inputs mean something */
     struct axis axes[HOST_AXES];
     size_t axis_count;
