@@ -247,7 +247,7 @@ expect "no compiler: what to install" 2 "no Free Pascal compiler 'no-such-compil
 run tools/layout.py --check
 expect "the generated units are up to date" 0
 mkdir "$work/tree" && cp -R sdk tools docs "$work/tree/" && mkdir -p "$work/tree/harness/host" "$work/tree/tests" &&
-    cp harness/host/catalogue_gen4.inc "$work/tree/harness/host/" && cp -R tests/layouts "$work/tree/tests/"
+    cp harness/host/catalogue_*.inc "$work/tree/harness/host/" && cp -R tests/layouts "$work/tree/tests/"
 sed -i 's/Position: Double; \/\/ @472/Position: Single; \/\/ @472/' "$work/tree/sdk/pascal/tgm_gen4.pas"
 run "$work/tree/tools/layout.py" --check
 expect "a unit edited by hand is noticed" 1 "out of date: sdk/pascal/tgm_gen4.pas;"
