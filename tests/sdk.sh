@@ -229,14 +229,59 @@ expect "a field of the wrong size does not compile" 1 "SERVO.Position does not h
 # Generated files follow the tables.
 run tools/layout.py --check
 expect "generated layouts are up to date" 0
-mkdir "$work/tree" && cp -R sdk tools docs "$work/tree/" && mkdir -p "$work/tree/harness/host" &&
-    cp harness/host/catalogue_gen4.inc "$work/tree/harness/host/"
+mkdir "$work/tree" && cp -R sdk tools docs "$work/tree/" && mkdir -p "$work/tree/harness/host" "$work/tree/tests" &&
+    cp harness/host/catalogue_*.inc "$work/tree/harness/host/" && cp -R tests/layouts "$work/tree/tests/"
+run "$work/tree/tools/layout.py" --check
+expect "and so they are in a copy of the tree" 0
 sed -i '/^SERVO\tWritePosition\t/d' "$work/tree/sdk/layout/tgm4.tsv"
 run "$work/tree/tools/layout.py" --check
 expect "a row that was taken away is noticed" 1 "out of date" "layout_gen4.h"
 sed -i 's/^SERVO\tPosition\tdouble\t1\t472\t/SERVO\tPosition\tdouble\t1\t460\t/' "$work/tree/sdk/layout/tgm4.tsv"
 run "$work/tree/tools/layout.py" --check
 expect "a row that overlaps is refused by name" 1 "SERVO.Position" "overlaps"
+
+# Every member says unit, access and meaning, every constant its meaning: a row that does not is refused.
+# broken NAME TABLE ROW COLUMN VALUE TEXT...: the table with another value in a column of a row
+broken() {
+    what=$1
+    table=$2
+    cp sdk/layout/*.tsv "$work/tree/sdk/layout/"
+    awk -F'\t' -v OFS='\t' -v row="$3" -v column="$4" -v value="$5" 'index($0, row "\t") == 1 {$column = value} {print}' \
+        "sdk/layout/$table" >"$work/tree/sdk/layout/$table"
+    shift 5
+    run "$work/tree/tools/layout.py" --check
+    expect "$what" 1 "$@"
+}
+servo=$(printf 'SERVO\tSpeed')
+broken "a member without access" tgm4.tsv "$servo" 9 '?' "tgm4.tsv: SERVO.Speed: access is '?'"
+broken "a member without unit" tgm5-905.tsv "$servo" 10 '' "tgm5-905.tsv: SERVO.Speed: no unit"
+broken "a member without meaning" tgm5-906.tsv "$servo" 12 '' "tgm5-906.tsv: SERVO.Speed: '' is no meaning"
+broken "a member with the name of a chapter for a meaning" tgm5-906.tsv "$servo" 12 'the osc chapter' "is no meaning"
+broken "a structure with an access of its own" tgm4.tsv "$(printf 'SERVO\tPg')" 9 'R' "SERVO.Pg: access 'parts' is for"
+broken "a constant without meaning" constants.tsv PLC_CTRL_LOAD_BIT 5 '-' "PLC_CTRL_LOAD_BIT: '-' is no meaning"
+broken "a constant with the name of a register for a meaning" constants.tsv PLC_CTRL_LOAD_BIT 5 'MAIN.PLC_Ctrl' "is no meaning"
+cp sdk/layout/*.tsv "$work/tree/sdk/layout/"
+for header in gen4 gen5_905 gen5_906; do
+    awk '/^typedef struct _/ {on = 1; next} /^}/ {on = 0} on' sdk/include/tgm/layout_$header.h >"$out"
+    grep -vE '; /\* @[0-9]+( \(5\.00\))? (R|W|RW|reserved|parts)( \(L5\))?, [^:]+: .+ \*/$' "$out" >"$err"
+    rows=$(wc -l <"$out")
+    [ "$rows" -gt 300 ] && [ ! -s "$err" ] && pass "$header.h: all $rows members say unit, access and meaning" ||
+        fail "$header.h: all $rows members say unit, access and meaning"
+    grep -E '^#define ' sdk/include/tgm/layout_$header.h | grep -vE '/\* .*[^ ] [^ ].* \*/$' | grep -vE '^#define TGM_LAYOUT_[A-Z0-9_]+_H$' >"$err"
+    [ ! -s "$err" ] && pass "$header.h: all constants say what they mean" || fail "$header.h: all constants say what they mean"
+done
+
+# The register reference at hand, for every layout.
+run "$tgm" registers User_PDO_Output_Size --generation 5
+expect "registers of 5.02" 0 "GENERAL.general_devices[16].User_PDO_Output_Size" " 488 " "byte"
+run "$tgm" registers User_PDO_Output_Size --generation 5 --memory-id 905
+expect "registers of 5.00" 0 " 504 "
+run "$tgm" registers TGM_General+1512 --generation 5
+expect "registers by offset inside an array of structures" 0 "User_PDO_Output_Size"
+run "$tgm" registers Servo_Tick --generation 5
+expect "an access that is ours is marked" 0 "R (L5)"
+run "$tgm" registers x --memory-id 905
+expect "a memory id of another generation" 2 "generation 4 has no memory id 905; allowed: 904"
 
 # Fetching: a wrong hash stops, an unpacked tree needs no network.
 mkdir -p "$work/third_party/download" && cp third_party/fetch.sh third_party/soem.lock "$work/third_party/"

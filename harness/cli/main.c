@@ -15,7 +15,7 @@ static const struct command commands[] = {
     { "new", "NAME [options]", "Makes a project from a template, in a new folder.", command_new },
     { "inspect", "MODULE.tgm [--json FILE]",
       "Says what is inside a module file; runs nothing of it.", command_inspect },
-    { "registers", "[PATTERN]", "Lists registers by name, memory or offset (generation 4).",
+    { "registers", "[PATTERN]", "Lists registers by name, memory or offset.",
       command_registers },
     { "rules", "", "Lists the rules.", command_rules },
     { "explain", "RULE", "Explains one rule: what must hold, why, and what to do.",

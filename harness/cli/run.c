@@ -115,7 +115,12 @@ static void progress(void *argument, const struct evidence *evidence, const doub
 /* "SERVO[0].Position,SERVO[0].WritePosition" */
 static int read_registers(struct run *run, const char *list)
 {
+    const struct product *product = run->experiment.host.product;
+    const struct catalogue *catalogue =
+        catalogue_find(product->generation, (int)product->memory_id);
     char why[CATALOGUE_WHY];
+    if (catalogue == NULL)
+        return complain(run->command, "--record: no register names for %s", product->title);
     if (list[0] == '\0' || list[strlen(list) - 1] == ',')
         return complain(run->command, "--record needs register names with commas between them");
     while (*list != '\0') {
@@ -129,7 +134,7 @@ static int read_registers(struct run *run, const char *list)
                             list);
         memcpy(name, list, length);
         name[length] = '\0';
-        if (catalogue_resolve(name, &run->registers[run->recording.count], why) != 0)
+        if (catalogue_resolve(catalogue, name, &run->registers[run->recording.count], why) != 0)
             return complain(run->command, "--record: %s", why);
         run->recording.count++;
         list += length + (list[length] == ',');
@@ -298,10 +303,10 @@ int command_run(const struct command *command, int argc, char **argv)
         return complain(command, "--record and --csv go together: which registers, and where to");
     if (run.in_process && record != NULL)
         return complain(command, "--in-process does not record");
+    run.experiment.host.product = product;
     if (record != NULL && (status = read_registers(&run, record)) != 0)
         return status;
     run.experiment.name = "run";
-    run.experiment.host.product = product;
     run.experiment.host.cycle_us = (uint32_t)cycle_us;
     run.experiment.host.seed = seed;
     run.experiment.host.plant = &plant_default;

@@ -284,8 +284,8 @@ uint64_t host_time(const struct host *host)
 
 const void *host_register(const struct host *host, const struct catalogue_register *reg)
 {
-    for (size_t i = 0; catalogue_memory(i) != NULL; i++)
-        if (catalogue_memory(i) == reg->memory)
+    for (size_t i = 0; catalogue_memory(host->catalogue, i) != NULL; i++)
+        if (catalogue_memory(host->catalogue, i) == reg->memory)
             return (const char *)host->memory[i] + reg->offset;
     return NULL;
 }

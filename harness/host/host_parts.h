@@ -41,7 +41,8 @@ struct host {
     struct evidence *evidence;
     const struct schedule *schedule;
 
-    void *memory[HOST_MEMORIES]; /* by catalogue index */
+    const struct catalogue *catalogue; /* the product's layout */
+    void *memory[HOST_MEMORIES];       /* by catalogue index */
     SYSTEM *system;
     PLC_DATA *plc_data[ENTRY_COUNT];    /* the host's view */
     void *plc_data_module[ENTRY_COUNT]; /* what the module is given: read-only */
