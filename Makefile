@@ -31,7 +31,10 @@ BUS_SRC := client.c client_cycle.c client_jobs.c client_map.c client_watch.c fib
     watchdog.c mailbox.c coe.c coe_info.c od.c pdo.c cia402.c axis.c devices.c dev_drive.c drive.c drive_cyclic.c \
     drive_homing.c drive_od.c drive_profile.c dev_dio.c wire.c \
     port/clock.c port/port.c
-HOST_SRC := product.c schedule.c catalogue.c text16.c evidence.c memories.c services.c servo.c dio.c host.c experiment.c
+HOST_SRC := product.c schedule.c catalogue.c text16.c evidence.c plant.c host_select.c experiment.c
+# What touches registers: once for each layout of the shared memories.
+LAYOUT_SRC := host.c host_rows.c memories.c services.c timers.c servo.c dio.c
+LAYOUTS := gen4 gen5_905 gen5_906
 REPORT_SRC := text.c json.c
 CLI_SRC := main.c options.c output.c check.c run.c inspect.c inspect_text.c inspect_json.c rules.c new.c registers.c
 CONFORMANCE_SRC := profile.c rules.c findings.c incidents.c rules_file.c rules_start.c rules_cycle.c check.c
@@ -40,7 +43,7 @@ SOEM_SRC := ethercatbase.c ethercatcoe.c ethercatconfig.c ethercatdc.c ethercatm
 ROOM_OBJ := $(addprefix $(BUILD)/obj/harness/image/,$(IMAGE_SRC:.c=.o)) \
     $(addprefix $(BUILD)/obj/harness/machine/,$(MACHINE_SRC:.c=.o)) $(BUILD)/obj/harness/machine/trampoline.o \
     $(addprefix $(BUILD)/obj/harness/bus/,$(BUS_SRC:.c=.o)) $(BUILD)/obj/harness/bus/fiber_switch.o \
-    $(addprefix $(BUILD)/obj/harness/host/,$(HOST_SRC:.c=.o)) \
+    $(addprefix $(BUILD)/obj/harness/host/,$(HOST_SRC:.c=.o)) $(LAYOUTS:%=$(BUILD)/obj/harness/host_%.o) \
     $(addprefix $(BUILD)/obj/harness/report/,$(REPORT_SRC:.c=.o)) \
     $(addprefix $(BUILD)/obj/conformance/,$(CONFORMANCE_SRC:.c=.o)) \
     $(addprefix $(BUILD)/obj/soem/,$(SOEM_SRC:.c=.o))
@@ -157,6 +160,25 @@ $(BUILD)/obj/soem/%.o: third_party/soem/.from $(wildcard harness/bus/port/*.h)
 	@echo "  CC     third_party/soem/soem/$*.c"
 	$(Q)$(CC) $(SOEM_CFLAGS) -c -o $@ third_party/soem/soem/$*.c
 
+gen4_FLAGS     := -DTGM_GENERATION=4 -DHOST_OPS=host_gen4
+gen5_905_FLAGS := -DTGM_GENERATION=5 -DTGM_MEMORY_ID=905 -DHOST_OPS=host_gen5_905
+gen5_906_FLAGS := -DTGM_GENERATION=5 -DTGM_MEMORY_ID=906 -DHOST_OPS=host_gen5_906
+LAYOUT_OBJ := $(foreach layout,$(LAYOUTS),$(addprefix $(BUILD)/obj/harness/host_$(layout)/,$(LAYOUT_SRC:.c=.o)))
+
+define layout_rules
+$(BUILD)/obj/harness/host_$(1)/%.o: harness/host/%.c | $(BUILD)/.deps
+	@mkdir -p $$(@D)
+	@echo "  CC     $$< ($(1))"
+	$$(Q)$$(CC) $$(ALL_CFLAGS) $$($(1)_FLAGS) -c -o $$@ $$<
+
+# One object of each layout, of which only the table is seen from outside.
+$(BUILD)/obj/harness/host_$(1).o: $(addprefix $(BUILD)/obj/harness/host_$(1)/,$(LAYOUT_SRC:.c=.o))
+	@echo "  LAYOUT $(1)"
+	$$(Q)ld -r -o $$@ $$^
+	$$(Q)objcopy --keep-global-symbol=host_$(1) $$@
+endef
+$(foreach layout,$(LAYOUTS),$(eval $(call layout_rules,$(layout))))
+
 $(BUILD)/obj/%.o: %.c | $(BUILD)/.deps
 	@mkdir -p $(@D)
 	@echo "  CC     $<"
@@ -180,4 +202,4 @@ $(BUILD)/fuzz/fuzz_text: tests/fuzz_text.c sdk/src/number.c sdk/src/text16.c sdk
 	$(Q)$(FUZZ_CC) -DTGM_HOST -o $@ $(filter %.c,$^) -lm
 
 -include tests/tests.mk
--include $(filter-out $(BUILD)/obj/soem/%,$(ROOM_OBJ:.o=.d)) $(CLI_OBJ:.o=.d)
+-include $(filter-out $(BUILD)/obj/soem/%,$(ROOM_OBJ:.o=.d)) $(CLI_OBJ:.o=.d) $(LAYOUT_OBJ:.o=.d)

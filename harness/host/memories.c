@@ -35,6 +35,13 @@ static void fill_header(struct host *host)
     h->Mem_Size_InterpolatorRead = (uint32_t)memory_size(host, "InterpolatorReadMemory");
     h->Mem_Size_Ods = (uint32_t)memory_size(host, "TGM_ODS");
     h->Mem_Size_CncEx = (uint32_t)memory_size(host, "TGM_CNCEX");
+#if TGM_GENERATION == 5
+    h->Mem_Size_General = (uint32_t)memory_size(host, "TGM_General");
+    h->Mem_Size_CncOds = (uint32_t)memory_size(host, "TGM_CNCODS");
+#if TGM_MEMORY_ID == 906
+    h->Product_Id = product->product_id;
+#endif
+#endif
 }
 
 static void fill_main(struct host *host)
@@ -70,7 +77,7 @@ static int plc_data_open(struct host *host, char why[HOST_WHY])
         host->plc_data_module[entry] = module;
         memset(own, 0, sizeof(PLC_DATA));
         host->plc_data[entry]->structSize = sizeof(PLC_DATA);
-        services_bind(host, &host->plc_data[entry]->functions);
+        services_bind(host, host->plc_data[entry]);
         for (size_t i = 0; catalogue_memory(host->catalogue, i) != NULL; i++)
             if (catalogue_memory(host->catalogue, i)->pointer >= 0)
                 memcpy((char *)own + catalogue_memory(host->catalogue, i)->pointer,
@@ -107,6 +114,30 @@ int memories_open(struct host *host, char why[HOST_WHY])
     return plc_data_open(host, why);
 }
 
+static void take_function_away(PLC_IMPORT_FUNCTIONS *functions, enum plc_function which)
+{
+    switch (which) {
+    case PLC_STRING:
+        functions->GENERATION(pRtWprintf_String, pRtWprintf_String_Severity) = NULL;
+        break;
+    case PLC_SLEEP:
+        functions->pSleepFt = NULL;
+        break;
+#if TGM_GENERATION == 4
+    case PLC_LONG:
+        functions->pRtWprintf_Long = NULL;
+        break;
+    case PLC_SWPRINTF:
+        functions->pswprintf = NULL;
+        break;
+#else
+    case PLC_LONG:
+    case PLC_SWPRINTF:
+        break;
+#endif
+    }
+}
+
 void memories_mutate(struct host *host)
 {
     PLC_DATA *data = host->plc_data[ENTRY_INI];
@@ -121,7 +152,7 @@ void memories_mutate(struct host *host)
         data->structSize = m->value;
         break;
     case MUTATION_NULL_FUNCTION:
-        memset((char *)data + m->value, 0, sizeof(void *));
+        take_function_away(&data->functions, (enum plc_function)m->value);
         break;
     case MUTATION_COMPATIBILITY:
         host->system->Header.Compatibility_Id = (uint32_t)m->value;
