@@ -65,6 +65,25 @@ $(addprefix $(BUILD)/obj/tests/,$(MACHINE_TESTS:=.o)): ALL_CFLAGS += -Itests \
     -DTEST_MACHINE_MODULES_DIR='"$(MACHINE_MODULE_DIR)"'
 $(addprefix $(BUILD)/test/,$(MACHINE_TESTS)): | $(MACHINE_MODULES)
 
+# Modules for tests of the host: every source of tests/host_modules for each layout.
+HOST_MODULE_DIR := $(BUILD)/host_modules
+HOST_MODULES := $(foreach layout,4 905 906,$(patsubst tests/host_modules/%.c,$(HOST_MODULE_DIR)/%_$(layout).tgm,$(wildcard tests/host_modules/*.c)))
+HOST_TESTS := test_host
+host_module_4 := -DTGM_GENERATION=4
+host_module_905 := -DTGM_GENERATION=5 -DTGM_MEMORY_ID=905
+host_module_906 := -DTGM_GENERATION=5 -DTGM_MEMORY_ID=906
+
+define host_module_rule
+$(HOST_MODULE_DIR)/%_$(1).tgm: tests/host_modules/%.c $(wildcard sdk/include/*.h sdk/include/tgm/*.h) sdk/src/mem.c | $(BUILD)/.deps
+	@mkdir -p $$(@D)
+	@echo "  MODULE $$< ($(1))"
+	$$(Q)gcc $$(MODULE_CFLAGS) $$(host_module_$(1)) -fno-builtin -o $$@ $$< sdk/src/mem.c $$(FIXTURE_LDFLAGS) -Wl,-w
+endef
+$(foreach layout,4 905 906,$(eval $(call host_module_rule,$(layout))))
+
+$(addprefix $(BUILD)/obj/tests/,$(HOST_TESTS:=.o)): ALL_CFLAGS += -DTEST_HOST_MODULES_DIR='"$(HOST_MODULE_DIR)"'
+$(addprefix $(BUILD)/test/,$(HOST_TESTS)): | $(HOST_MODULES)
+
 include tests/modules/image.mk
 $(addprefix $(BUILD)/obj/tests/,$(IMAGE_TESTS:=.o) image_support.o image_support_pe.o): ALL_CFLAGS += -DTEST_MODULES_DIR='"$(BUILD)/modules"'
 $(addprefix $(BUILD)/test/,$(IMAGE_TESTS)): $(BUILD)/obj/tests/image_support.o $(BUILD)/obj/tests/image_support_pe.o | $(IMAGE_MODULES)
@@ -78,6 +97,6 @@ $(BUILD)/obj/tests/test_fixtures.o: ALL_CFLAGS += -DFIXTURE_DIR='"$(FIXTURE_DIR)
 
 .PHONY: test-programs fixtures
 fixtures: $(FIXTURES) ## build the rules' fixture modules
-test-programs: $(addprefix $(BUILD)/test/,$(UNIT_TESTS) $(SDK_TESTS) $(IMAGE_TESTS) $(MACHINE_TESTS) $(BUS_TESTS)) $(FIXTURES)
+test-programs: $(addprefix $(BUILD)/test/,$(UNIT_TESTS) $(SDK_TESTS) $(IMAGE_TESTS) $(MACHINE_TESTS) $(BUS_TESTS) $(HOST_TESTS)) $(FIXTURES)
 
 -include $(wildcard $(BUILD)/obj/tests/*.d $(BUILD)/obj/sdk-host/*.d)
