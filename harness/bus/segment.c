@@ -164,7 +164,7 @@ static void pass_slave(struct slave *s, uint8_t *at, const uint8_t *end)
         if (!datagram_at(at, end, &d))
             return;
         counted = process(s, &d);
-        if (counted)
+        if (counted && !s->mute)
             put_u16(d.wkc, get_u16(d.wkc) + counted);
         if (irq)
             put_u16(d.header + 8, get_u16(d.header + 8) | irq);
@@ -173,10 +173,10 @@ static void pass_slave(struct slave *s, uint8_t *at, const uint8_t *end)
     slave_settle(s);
 }
 
-static void count_error(struct slave *s)
+static void count_error(struct slave *s, uint16_t counter)
 {
-    if (s->memory[REG_PU_ERRORS] < 0xff)
-        s->memory[REG_PU_ERRORS]++;
+    if (s->memory[counter] < 0xff)
+        s->memory[counter]++;
 }
 
 /* Slaves in front of the first break. */
@@ -189,13 +189,27 @@ static size_t reachable(const struct segment *segment)
     return n;
 }
 
+/* The first slave behind the damage sees it at its port; the others see that somebody saw it. */
+static void pass_damaged(struct segment *segment, size_t first)
+{
+    for (size_t i = first; i < reachable(segment); i++)
+        count_error(&segment->slaves[i], i == first ? REG_RX_ERRORS : REG_FORWARDED_ERRORS);
+}
+
 static bool pass_all(struct segment *segment, uint8_t *frame, uint8_t *at, const uint8_t *end,
                      uint64_t now_ns)
 {
+    bool damaged = segment->damaging;
+
+    segment->damaging = false;
     for (size_t i = 0; i < reachable(segment); i++) {
         struct slave *s = &segment->slaves[i];
         bool forwarding = s->memory[REG_DL_CONTROL] & DL_CONTROL_FORWARDING;
 
+        if (damaged && i == segment->damage_behind) {
+            pass_damaged(segment, i);
+            return false;
+        }
         slave_advance(s, now_ns + s->delay_ns);
         if (!at) {
             /* Not for processing units: a slave told so destroys it, others let it through. */
@@ -233,7 +247,7 @@ bool segment_transfer(struct segment *segment, enum segment_port *port, uint8_t 
     claimed = header & ECAT_LENGTH;
     if (claimed > length - ETHER_HEADER - ECAT_HEADER ||
         !well_formed(datagrams, datagrams + claimed)) {
-        count_error(&segment->slaves[0]);
+        count_error(&segment->slaves[0], REG_PU_ERRORS);
         return false;
     }
     return pass_all(segment, frame, datagrams, datagrams + claimed, now_ns);
@@ -250,6 +264,12 @@ void segment_cable(struct segment *segment, size_t behind, bool plugged, uint64_
     (void)now_ns;
     if (behind <= segment->count)
         segment->cut[behind] = !plugged;
+}
+
+void segment_damage_next(struct segment *segment, size_t behind)
+{
+    segment->damaging = true;
+    segment->damage_behind = behind;
 }
 
 void segment_power(struct segment *segment, size_t slave, bool on, uint64_t now_ns)

@@ -27,6 +27,8 @@ struct segment {
     size_t count;
     bool ring;                    /* the last slave's cable leads to the master's port B */
     bool cut[SEGMENT_SLAVES + 1]; /* cable behind slave i (from 1); 0: the master's port A */
+    bool damaging;                /* the next frame loses bits on the cable below */
+    size_t damage_behind;
 };
 
 /* Wires the slaves (initialised by slave_init) into a line: link states, delays. */
@@ -37,6 +39,9 @@ void segment_close_ring(struct segment *segment, bool ring, uint64_t now_ns);
 /* Pulls or plugs the cable behind slave `behind`: 0 the master's port A, count the cable to port B.
  */
 void segment_cable(struct segment *segment, size_t behind, bool plugged, uint64_t now_ns);
+/* The next frame loses bits on the cable behind slave `behind` (numbered as above): slaves further
+ * on count it as damaged and take nothing from it, and nothing comes back. */
+void segment_damage_next(struct segment *segment, size_t behind);
 /* Switches slave `slave` (from 0) off or on; on is a power-on reset. */
 void segment_power(struct segment *segment, size_t slave, bool on, uint64_t now_ns);
 

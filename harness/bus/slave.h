@@ -78,6 +78,7 @@ struct slave {
     uint64_t now_ns; /* virtual time at this slave */
     uint64_t due_ns; /* earliest of al, mailbox, watchdog; may be too early, never too late */
     bool powered;
+    bool mute;     /* does not count in working counters */
     uint8_t state; /* AL state without error bit */
     int8_t output_sm, input_sm;
 
