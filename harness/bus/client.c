@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 #include "bus/client.h"
 #include "bus/library.h"
+#include "bus/spread.h"
 
 #include <errno.h>
 #include <pthread.h>
@@ -22,14 +23,10 @@ static int fail(char why[BUS_WHY], int error, const char *format, ...)
     return error;
 }
 
-/* Spreads consecutive slaves' seeds over all bits (splitmix64). */
+/* Consecutive slaves' seeds differ in all bits. */
 static uint64_t slave_seed(uint64_t seed, size_t index)
 {
-    uint64_t z = seed + 0x9e3779b97f4a7c15u * (index + 1);
-
-    z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9u;
-    z = (z ^ z >> 27) * 0x94d049bb133111ebu;
-    return z ^ z >> 31;
+    return spread(seed + SPREAD_STEP * (index + 1));
 }
 
 static int build_segment(struct bus *bus, const struct bus_config *config, char why[BUS_WHY])

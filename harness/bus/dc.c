@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 #include "bus/slave_parts.h"
+#include "bus/spread.h"
 
 #include <string.h>
 
@@ -26,7 +27,8 @@ int64_t dc_local_time(const struct slave *slave)
     const struct dc *dc = &slave->dc;
     int64_t passed = (int64_t)(slave->now_ns - dc->anchor_ns);
 
-    return dc->anchor_local + passed + passed * (dc->drift_ppb + dc->trim_ppb) / 1000000000;
+    return dc->anchor_local + passed +
+           passed * (dc->drift_ppb + dc->trim_ppb + slave->faults.drift_ppb) / 1000000000;
 }
 
 static int64_t system_time(const struct slave *slave)
@@ -71,6 +73,22 @@ static void set_trim(struct slave *slave, int64_t trim)
     dc->trim_ppb = trim;
 }
 
+void dc_rebase(struct slave *slave)
+{
+    set_trim(slave, slave->dc.trim_ppb);
+}
+
+/* How far off a frame is stamped: the same at the same moment, so that runs repeat. */
+static int64_t jitter(const struct slave *slave)
+{
+    int64_t most = slave->faults.jitter_ns;
+
+    if (!most)
+        return 0;
+    return (int64_t)(spread(slave->now_ns ^ slave->faults.jitter_seed) % (2 * (uint64_t)most + 1)) -
+           most;
+}
+
 static int64_t clamp(int64_t value, int64_t limit)
 {
     return value > limit ? limit : value < -limit ? -limit : value;
@@ -81,7 +99,8 @@ static void compare(struct slave *slave, uint32_t received)
 {
     struct dc *dc = &slave->dc;
     uint32_t delay = get_u32(slave->memory + REG_DC_DELAY);
-    int32_t difference = (int32_t)((uint32_t)system_time(slave) - delay - received);
+    int32_t difference =
+        (int32_t)((uint32_t)(system_time(slave) + jitter(slave)) - delay - received);
     uint64_t passed = slave->now_ns - dc->compared_ns;
     int64_t pull;
 

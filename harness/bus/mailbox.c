@@ -40,6 +40,12 @@ struct mailbox_message *mailbox_new(struct slave *slave, uint8_t type)
     return message;
 }
 
+static void invert(uint8_t *bytes, size_t count)
+{
+    while (count--)
+        *bytes++ ^= 0xff;
+}
+
 void mailbox_flush(struct slave *slave)
 {
     struct mailbox *mbx = &slave->mailbox;
@@ -53,6 +59,8 @@ void mailbox_flush(struct slave *slave)
     mbx->sent[5] = (uint8_t)(message->type | mbx->counter << COUNTER_SHIFT);
     memcpy(mbx->sent + MAILBOX_HEADER, message->body, message->length);
     mbx->sent_length = (uint16_t)(MAILBOX_HEADER + message->length);
+    if (slave->faults.mailbox_malformed)
+        invert(mbx->sent + MAILBOX_HEADER, message->length);
     if (!syncman_device_put(slave, SM_IN, mbx->sent, mbx->sent_length))
         return;
     mbx->head = (uint8_t)((mbx->head + 1) % MAILBOX_QUEUE);
@@ -143,6 +151,8 @@ void mailbox_run(struct slave *slave)
 
     mbx->request = false;
     if (!syncman_device_take(slave, SM_OUT, data, sizeof data, &size))
+        return;
+    if (slave->faults.mailbox_silent)
         return;
     /* The same counter again is the same request again, sent because its acknowledge got lost. */
     counter = data[5] >> COUNTER_SHIFT & COUNTER_MASK;

@@ -274,6 +274,10 @@ static void command(struct slave *slave, uint8_t low, uint8_t high)
     uint64_t takes = SLAVE_SII_READ_NS;
 
     status[1] &= (uint8_t) ~(ERRORS | COMMAND);
+    if (slave->faults.eeprom_nack && (high & COMMAND)) {
+        status[1] |= ERROR_COMMAND;
+        return;
+    }
     switch (high & COMMAND) {
     case 0:
         return;
@@ -301,7 +305,9 @@ static void command(struct slave *slave, uint8_t low, uint8_t high)
 
 static void finish(struct slave *slave)
 {
-    if (slave->now_ns >= slave->sii_busy_until)
+    if (slave->faults.eeprom_busy)
+        slave->memory[REG_EEPROM_CONTROL + 1] |= BUSY;
+    else if (slave->now_ns >= slave->sii_busy_until)
         slave->memory[REG_EEPROM_CONTROL + 1] &= (uint8_t) ~(BUSY | COMMAND);
 }
 

@@ -128,6 +128,29 @@ void slave_advance(struct slave *slave, uint64_t now_ns)
     publish_inputs(slave);
 }
 
+void slave_disturb(struct slave *slave, const struct slave_faults *faults)
+{
+    dc_rebase(slave);
+    slave->faults = *faults;
+}
+
+bool slave_drop(struct slave *slave, unsigned state, uint16_t code)
+{
+    if (state > slave->state)
+        return false;
+    al_fall(slave, state, code);
+    return true;
+}
+
+bool slave_expire(struct slave *slave)
+{
+    if (!slave->watchdog.running)
+        return false;
+    slave->watchdog.deadline_ns = slave->now_ns;
+    watchdog_run(slave);
+    return true;
+}
+
 void slave_settle(struct slave *slave)
 {
     unsigned n = (unsigned)slave->output_sm;

@@ -72,6 +72,26 @@ struct dc {
     int64_t mean;
 };
 
+/* What goes wrong in a slave because a script says so (faults.h); all zero: nothing. It outlives a
+ * power cycle. */
+#define SLAVE_ABORTS 8
+
+struct slave_faults {
+    bool mailbox_silent;    /* requests are taken and never looked at */
+    bool mailbox_malformed; /* every bit of a reply's content is inverted */
+    uint8_t abort_count;
+    struct slave_abort {
+        uint32_t code;
+        uint16_t index;     /* 0: every object */
+        int16_t subindex;   /* negative: every one */
+    } aborts[SLAVE_ABORTS]; /* SDO requests that are aborted; the first row that fits */
+    bool eeprom_busy;       /* never gets ready */
+    bool eeprom_nack;       /* acknowledges no command */
+    int64_t drift_ppb;      /* on top of the crystal's own */
+    uint32_t jitter_ns;     /* frames are stamped up to this much too early or too late */
+    uint64_t jitter_seed;
+};
+
 struct slave {
     const struct device_type *type;
     void *device;
@@ -98,6 +118,7 @@ struct slave {
     struct dc dc;
     struct mailbox mailbox;
     uint64_t sii_busy_until;
+    struct slave_faults faults;
 
     uint8_t image[SII_SIZE];
     uint8_t memory[SLAVE_MEMORY];
@@ -124,6 +145,13 @@ void slave_power_on(struct slave *slave, uint64_t now_ns);
 
 /* Lets virtual time at this slave pass up to now_ns; earlier times are ignored. */
 void slave_advance(struct slave *slave, uint64_t now_ns);
+/* From now on these faults instead of those before. */
+void slave_disturb(struct slave *slave, const struct slave_faults *faults);
+/* Falls by itself to AL state `state`, with the error bit when there is a code. False: it is lower
+ * already. */
+bool slave_drop(struct slave *slave, unsigned state, uint16_t code);
+/* The process data watchdog expires now. False: it does not run. */
+bool slave_expire(struct slave *slave);
 /* To be called after a frame has passed: the device sees what the frame brought. */
 void slave_settle(struct slave *slave);
 

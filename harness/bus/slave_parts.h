@@ -61,6 +61,8 @@ void watchdog_run(struct slave *slave);
 /* dc.c */
 void dc_init(struct slave *slave, uint64_t seed);
 int64_t dc_local_time(const struct slave *slave);
+/* To be called before the rate of the clock changes. */
+void dc_rebase(struct slave *slave);
 void dc_refresh(struct slave *slave, uint16_t address, size_t length);
 bool dc_latch_ports(struct slave *slave, uint16_t address, const uint8_t *data, size_t length);
 bool dc_write_time(struct slave *slave, uint16_t address, const uint8_t *data, size_t length);
