@@ -57,6 +57,18 @@ static int build_segment(struct bus *bus, const struct bus_config *config, char 
     return 0;
 }
 
+static int open_faults(struct bus *bus, const struct bus_config *config, char why[BUS_WHY])
+{
+    const char *text = config->faults ? config->faults : "";
+    int error = faults_open(&bus->faults, text, strlen(text),
+                            config->faults_name ? config->faults_name : "faults", &bus->segment,
+                            config->seed, why);
+
+    if (!error && config->faults)
+        bus->wire.faults = bus->faults;
+    return error;
+}
+
 static void wire_context(struct bus *bus)
 {
     bus->port.wire = &bus->wire;
@@ -201,6 +213,8 @@ int bus_open(struct bus **out, const struct bus_config *config, char why[BUS_WHY
     previous = bus_clock_enter(&bus->clock);
     error = build_segment(bus, config, why);
     if (!error)
+        error = open_faults(bus, config, why);
+    if (!error)
         error = scan(bus, config->device_count, why);
     if (!error)
         error = read_maps(bus, why);
@@ -218,6 +232,7 @@ void bus_close(struct bus *bus)
 {
     if (!bus)
         return;
+    faults_close(bus->faults);
     for (size_t i = 0; i < BUS_MAX_SLAVES; i++)
         free(bus->devices[i]);
     free(bus->slaves);
