@@ -93,8 +93,9 @@ bench: $(BUILD)/tgm $(BUILD)/test/bench $(BUILD)/test/bench_bus template-linked 
 
 FUZZ_SECONDS ?= 300
 FUZZERS := fuzz_image fuzz_text
+FUZZERS += fuzz_faults
 .PHONY: fuzz
-fuzz: $(addprefix $(BUILD)/fuzz/,$(FUZZERS)) ## fuzz the readers of module files and the SDK's text for FUZZ_SECONDS each (default 300)
+fuzz: $(addprefix $(BUILD)/fuzz/,$(FUZZERS)) ## fuzz the readers of module files and fault scripts and the SDK's text for FUZZ_SECONDS each (default 300)
 	$(Q)for fuzzer in $(FUZZERS); do mkdir -p $(BUILD)/fuzz/corpus-$$fuzzer; \
 	    $(BUILD)/fuzz/$$fuzzer -max_total_time=$(FUZZ_SECONDS) -artifact_prefix=$(BUILD)/fuzz/$$fuzzer- \
 	    $(BUILD)/fuzz/corpus-$$fuzzer || exit 1; done
@@ -183,6 +184,12 @@ $(BUILD)/fuzz/fuzz_text: tests/fuzz_text.c sdk/src/number.c sdk/src/text16.c sdk
 	@mkdir -p $(@D)
 	@echo "  FUZZ   $@"
 	$(Q)$(FUZZ_CC) -DTGM_HOST -o $@ $(filter %.c,$^) -lm
+
+# The simulated bus alone, without the SOEM client.
+$(BUILD)/fuzz/fuzz_faults: tests/fuzz_faults.c $(addprefix harness/bus/,$(filter-out client% port/%,$(BUS_SRC))) | $(BUILD)/.deps-test
+	@mkdir -p $(@D)
+	@echo "  FUZZ   $@"
+	$(Q)$(FUZZ_CC) -o $@ $(filter %.c,$^) -lm
 
 -include tests/tests.mk
 -include $(filter-out $(BUILD)/obj/soem/%,$(ROOM_OBJ:.o=.d)) $(CLI_OBJ:.o=.d)
