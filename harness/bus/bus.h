@@ -148,7 +148,8 @@ void bus_faults_begin(struct bus *bus, uint64_t now_ns);
 /* One fault now: "unplug after 2", "mailbox 1 silent for 20ms". 0, -EINVAL or -ENOSPC with a reason.
  */
 int bus_fault(struct bus *bus, const char *text, uint64_t now_ns, char why[BUS_WHY]);
-/* What was applied so far, numbered from 0. False: not yet, or forgotten since. */
+/* What was applied so far, numbered from 0. False: not yet. Only the latest are remembered: the text
+ * of an older one is empty. */
 bool bus_fault_log(const struct bus *bus, uint64_t number, struct bus_fault_event *event);
 
 /* The device table: name and one-line description by index, NULL past the end. */

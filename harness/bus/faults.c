@@ -395,15 +395,12 @@ void faults_close(struct faults *faults)
     free(faults);
 }
 
-uint64_t faults_event_count(const struct faults *faults)
-{
-    return faults->logged;
-}
-
 bool faults_event(const struct faults *faults, uint64_t number, struct bus_fault_event *event)
 {
-    if (number >= faults->logged || number + FAULTS_LOG < faults->logged)
+    if (number >= faults->logged)
         return false;
     *event = faults->log[number % FAULTS_LOG];
+    if (faults->logged - number > FAULTS_LOG)
+        *event = (struct bus_fault_event){ 0 };
     return true;
 }

@@ -100,10 +100,9 @@ struct fault_fate {
 /* A frame is about to be sent; false: nothing happens to it. Time must have been advanced. */
 bool faults_frame(struct faults *faults, uint64_t now_ns, struct fault_fate *fate);
 
-/* What was applied, numbered from 0. False: not yet, or forgotten because FAULTS_LOG more have
- * come. */
+/* What was applied, numbered from 0. False: not yet. Its text is empty when FAULTS_LOG more have come
+ * since. */
 bool faults_event(const struct faults *faults, uint64_t number, struct bus_fault_event *event);
-uint64_t faults_event_count(const struct faults *faults);
 
 /* The language, for documents and completion: NULL past the end. */
 struct fault_verb_text {

@@ -22,6 +22,8 @@ static int bus_start(struct host *host, char why[HOST_WHY])
         .device_count = host->config.plant->device_count,
         .cycle_ns = host->config.cycle_us * 1000,
         .seed = host->config.seed,
+        .faults = host->config.faults,
+        .faults_name = host->config.faults_name,
     };
     int r = bus_open(&host->bus, &config, why);
     if (r == 0)
@@ -153,8 +155,10 @@ bool host_start(struct host *host)
     if (!call(host, ENTRY_INI) || host->evidence->calls[ENTRY_INI].last_value != 1)
         return false;
     host->evidence->cycle = 0;
-    if (host->bus != NULL)
+    if (host->bus != NULL) {
         bus_request_op(host->bus);
+        bus_faults_begin(host->bus, host->bus_zero);
+    }
     return true;
 }
 
@@ -187,6 +191,20 @@ static void note_axes(struct host *host)
         (unsigned)(host->axis_count < EVIDENCE_AXES ? host->axis_count : EVIDENCE_AXES);
     for (unsigned i = 0; i < evidence->axis_count; i++)
         evidence->axis_position[i] = host->axes[i].reg->Position;
+}
+
+static void note_faults(struct host *host)
+{
+    struct evidence *evidence = host->evidence;
+    struct bus_fault_event event;
+    while (bus_fault_log(host->bus, evidence->fault_count, &event)) {
+        if (evidence->fault_count < EVIDENCE_FAULTS) {
+            struct evidence_fault *fault = &evidence->faults[evidence->fault_count];
+            fault->time_ns = (int64_t)(event.time_ns - host->bus_zero);
+            snprintf(fault->text, sizeof fault->text, "%s", event.text);
+        }
+        evidence->fault_count++;
+    }
 }
 
 static void receive(struct host *host)
@@ -256,6 +274,8 @@ bool host_cycle(struct host *host)
     evidence->cycle = host->cycle;
     for (size_t i = 0; i < host->schedule->slot_count; i++)
         slot_run(host, &host->schedule->slots[i]);
+    if (host->bus != NULL)
+        note_faults(host);
     host->cycle++;
     evidence->cycles_done = host->cycle;
     evidence->time_ns = host_time(host);
