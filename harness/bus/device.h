@@ -14,12 +14,22 @@
 #include "bus/od.h"
 #include "bus/sii.h"
 
+struct slave;
+
 /* What a device instance is born with. */
 struct device_setup {
-    uint64_t seed; /* differs per slave; the only source of variation */
+    struct slave *slave; /* the controller below, for mailbox_emergency() */
+    uint64_t seed;       /* differs per slave; the only source of variation */
     uint32_t serial;
     const struct bus_stimulus *stimuli;
     size_t stimulus_count;
+};
+
+/* What a device has of a distributed clock. */
+enum device_dc {
+    DEVICE_NO_DC,
+    DEVICE_DC,
+    DEVICE_DC_DELAY, /* port times only, for others' delays to be measured, as in small terminals */
 };
 
 struct device_type {
@@ -31,12 +41,16 @@ struct device_type {
     /* Device emulation: the controller copies AL control to AL status and nobody checks anything,
      * as in terminals without a processor. */
     bool al_emulation;
-    bool dc; /* has a distributed clock; without, its registers do not answer */
+    uint8_t dc; /* enum device_dc: what of the clock's registers answers */
 
     /* NULL for devices without CoE; `od->pdo` then decides the process image sizes. */
     const struct od *od;
 
     void (*init)(void *device, const struct device_setup *setup);
+    /* Switched off or on, or reset by the master: what the processor knows is lost, what the
+     * machine does goes on. The dictionary's initial values are loaded already; the AL state is
+     * INIT. */
+    void (*reset)(void *device, uint64_t now_ns);
     /* The AL state has become `state` (AL_* of registers.h). */
     void (*state)(void *device, unsigned state, uint64_t now_ns);
     /* Lets time pass up to now_ns. Results must not depend on how the time is cut into calls. */
@@ -45,6 +59,8 @@ struct device_type {
     void (*outputs)(void *device, const uint8_t *data, size_t length, uint64_t now_ns);
     /* Fills the input image; called after step(). */
     void (*inputs)(void *device, uint8_t *data, size_t length);
+    /* A pulse of SYNC0 or SYNC1 (signal 0, 1) at now_ns. NULL: nobody waits for them. */
+    void (*sync)(void *device, unsigned signal, uint64_t now_ns);
     /* The process data watchdog expired in OP. */
     void (*watchdog)(void *device, uint64_t now_ns);
     /* Level of the digital output pins for register 0x0F10; NULL when the device has none. */
