@@ -14,22 +14,20 @@
 #include "bus/od.h"
 #include "bus/sii.h"
 
-struct slave;
+/* Where a device sends its CoE emergencies: error code, error register, five bytes of its own.
+ * `send` may be NULL. */
+struct device_emergency {
+    void (*send)(void *to, uint16_t code, uint8_t error_register, const uint8_t own[5]);
+    void *to;
+};
 
 /* What a device instance is born with. */
 struct device_setup {
-    struct slave *slave; /* the controller below, for mailbox_emergency() */
-    uint64_t seed;       /* differs per slave; the only source of variation */
+    uint64_t seed; /* differs per slave; the only source of variation */
     uint32_t serial;
+    struct device_emergency emergency;
     const struct bus_stimulus *stimuli;
     size_t stimulus_count;
-};
-
-/* What a device has of a distributed clock. */
-enum device_dc {
-    DEVICE_NO_DC,
-    DEVICE_DC,
-    DEVICE_DC_DELAY, /* port times only, for others' delays to be measured, as in small terminals */
 };
 
 struct device_type {
@@ -41,16 +39,18 @@ struct device_type {
     /* Device emulation: the controller copies AL control to AL status and nobody checks anything,
      * as in terminals without a processor. */
     bool al_emulation;
-    uint8_t dc; /* enum device_dc: what of the clock's registers answers */
+    bool dc;            /* has a distributed clock; without, its registers do not answer */
+    bool dc_delay_only; /* with dc: of the clock there are the receive times of the ports only */
 
     /* NULL for devices without CoE; `od->pdo` then decides the process image sizes. */
     const struct od *od;
 
     void (*init)(void *device, const struct device_setup *setup);
-    /* Switched off or on, or reset by the master: what the processor knows is lost, what the
-     * machine does goes on. The dictionary's initial values are loaded already; the AL state is
-     * INIT. */
-    void (*reset)(void *device, uint64_t now_ns);
+    /* Switched on again, off, or reset by the master: the dictionary has its initial values, the
+     * rest is to become as after init(), except for what the machine behind it did. NULL: nothing
+     * to do.
+     */
+    void (*power_on)(void *device, uint64_t now_ns);
     /* The AL state has become `state` (AL_* of registers.h). */
     void (*state)(void *device, unsigned state, uint64_t now_ns);
     /* Lets time pass up to now_ns. Results must not depend on how the time is cut into calls. */

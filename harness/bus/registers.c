@@ -255,9 +255,9 @@ static size_t first_row(uint32_t address)
  * unit. */
 static bool clock_allows(const struct slave *slave, unsigned row, unsigned access)
 {
-    if ((row & (DC | DC_TIME | DC_SYNC)) && slave->type->dc == DEVICE_NO_DC)
+    if ((row & (DC | DC_TIME | DC_SYNC)) && !slave->type->dc)
         return false;
-    if ((row & (DC_TIME | DC_SYNC)) && slave->type->dc != DEVICE_DC)
+    if ((row & (DC_TIME | DC_SYNC)) && slave->type->dc_delay_only)
         return false;
     return !((row & DC_SYNC) && (access & W) && (slave->memory[REG_DC_CUC] & 1));
 }
@@ -323,26 +323,26 @@ bool registers_write(struct slave *slave, uint32_t address, const uint8_t *data,
     return any;
 }
 
-/* From the SII's nibbles (1 MII, 3 EBUS) to two bits (3 MII, 2 EBUS), port 0 lowest. */
-static uint8_t port_descriptor(uint16_t ports)
+/* Two bits a port (0 none, 2 EBUS, 3 MII) from the nibbles of the SII. */
+static uint8_t port_descriptor(unsigned ports)
 {
+    static const uint8_t kind[16] = { [1] = 3, [3] = 2, [4] = 3 };
     unsigned descriptor = 0;
 
-    for (unsigned p = 0; p < 4; p++) {
-        unsigned kind = ports >> 4 * p & 0x0f;
-
-        descriptor |= (kind == 1 ? 3u : kind == 3 ? 2u : 0u) << 2 * p;
-    }
+    for (unsigned port = 0; port < 4; port++)
+        descriptor |= (unsigned)kind[ports >> (4 * port) & 0x0f] << (2 * port);
     return (uint8_t)descriptor;
+}
+
+static uint16_t features(const struct device_type *type)
+{
+    if (!type->dc)
+        return 0;
+    return FEATURE_DC | FEATURE_DC_64 | (type->dc_delay_only ? 0 : FEATURE_DC_SYNC);
 }
 
 void registers_reset(struct slave *slave)
 {
-    static const uint16_t features[] = {
-        [DEVICE_NO_DC] = 0,
-        [DEVICE_DC] = FEATURE_DC | FEATURE_DC_64 | FEATURE_DC_SYNC,
-        [DEVICE_DC_DELAY] = FEATURE_DC | FEATURE_DC_64,
-    };
     static const struct {
         uint16_t address, value;
     } initial[] = {
@@ -365,7 +365,7 @@ void registers_reset(struct slave *slave)
     memset(slave->memory, 0, REG_RAM);
     for (size_t i = 0; i < sizeof initial / sizeof *initial; i++)
         put_u16(slave->memory + initial[i].address, initial[i].value);
-    put_u16(slave->memory + REG_FEATURES, features[slave->type->dc]);
+    put_u16(slave->memory + REG_FEATURES, features(slave->type));
     slave->memory[REG_PORTS] = port_descriptor(slave->type->sii->ports);
     slave->protected = slave->unlocked = 0;
     memset(slave->sm, 0, sizeof slave->sm);

@@ -25,6 +25,11 @@ static void take_identity(struct sii_info *sii, const struct bus_identity *ident
         sii->revision = identity->revision;
 }
 
+static void send_emergency(void *to, uint16_t code, uint8_t error_register, const uint8_t own[5])
+{
+    mailbox_emergency(to, code, error_register, own);
+}
+
 static bool mailbox_fits(const struct sii_mailbox *m)
 {
     if (!m->out_size && !m->in_size)
@@ -36,7 +41,7 @@ static bool mailbox_fits(const struct sii_mailbox *m)
 int slave_init(struct slave *slave, const struct slave_setup *setup)
 {
     const struct device_type *type = setup->type;
-    struct device_setup device = { .slave = slave,
+    struct device_setup device = { .emergency = { send_emergency, slave },
                                    .seed = setup->seed,
                                    .serial = setup->serial,
                                    .stimuli = setup->stimuli,
@@ -77,8 +82,8 @@ static void forget(struct slave *slave)
     registers_reset(slave);
     if (slave->type->od)
         od_reset(slave->type->od, slave->device);
-    if (slave->type->reset)
-        slave->type->reset(slave->device, slave->now_ns);
+    if (slave->type->power_on)
+        slave->type->power_on(slave->device, slave->now_ns);
 }
 
 void slave_power_on(struct slave *slave, uint64_t now_ns)
