@@ -28,7 +28,7 @@ BUS_TESTS := test_segment test_slave test_coe test_drive test_bus \
     test_topology \
     test_dc
 
-$(addprefix $(BUILD)/obj/tests/,$(BUS_TESTS:=.o) bench_bus.o): ALL_CFLAGS += -Itests $(BUS_CFLAGS)
+$(addprefix $(BUILD)/obj/tests/,$(BUS_TESTS:=.o) bench_bus.o soak_segment.o): ALL_CFLAGS += -Itests $(BUS_CFLAGS)
 
 # The SDK's support library as native code: the same sources that modules are linked from.
 SDK_OBJ := $(addprefix $(BUILD)/obj/sdk-host/,number.o text16.o text8.o motion.o move.o)

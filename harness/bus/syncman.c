@@ -48,6 +48,9 @@ static void decode(struct slave *slave, struct syncman *sm)
     sm->latest = NO_BUFFER;
     sm->master_at = 0;
     sm->device_at = 1;
+    /* What came in before is no longer where it was. */
+    if (sm - slave->sm == slave->output_sm)
+        slave->outputs_fresh = false;
     publish_status(slave, sm, 0, 0xff);
 }
 
