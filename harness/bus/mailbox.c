@@ -48,7 +48,8 @@ struct mailbox_message *mailbox_new(struct slave *slave, uint8_t type)
     return message;
 }
 
-/* A request is open from when it lies in SM0 until the last message of its answer is fetched. */
+/* A request is open from when it lies in SM0 until the last message of its answer, or of the
+ * transfer it belongs to, is on its way. */
 static void take_emergency(struct slave *slave)
 {
     struct mailbox *mbx = &slave->mailbox;
@@ -56,7 +57,7 @@ static void take_emergency(struct slave *slave)
     struct mailbox_message *m;
 
     if (!mbx->emergencies || mbx->queued || mbx->request || mbx->stalled ||
-        slave->sm[SM_OUT].full || mbx->coe.busy == COE_INFO_LIST)
+        slave->sm[SM_OUT].full || mbx->coe.busy != COE_IDLE)
         return;
     m = mailbox_new(slave, MAILBOX_COE);
     put_u16(m->body, SERVICE_EMERGENCY << 12);
