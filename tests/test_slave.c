@@ -792,7 +792,9 @@ static void a_mailbox_written_as_head_and_last_byte_is_full(void **state)
 static void outputs_are_forgotten_when_their_sync_manager_moves(void **state)
 {
     struct rig *rig = *state;
-    uint8_t sm[8] = { 0xf0, 0xff, 0x07, 0x30, 0x44, 0, 1, 0 };
+    uint8_t sm[8] = { 0x00, 0x18, 0x01, 0x00, 0x44, 0, 1, 0 };
+
+    rig->slaves[1].memory[0x1800] = 0x33;
 
     write_sm(rig, DIO, 0, 0x0f00, 1, 0x44, 9);
     al_request(rig, DIO, AL_OP);
@@ -888,6 +890,18 @@ static void a_device_tells_its_alias_while_it_is_asked_to(void **state)
     /* A refusal has the code for itself. */
     assert_int_equal(al_request(rig, DRIVE, AL_PREOP | AL_DEVICE_ID), AL_INIT | AL_ERROR);
     assert_int_equal(al_code(rig, DRIVE), AL_CODE_MAILBOX_CONFIG);
+}
+
+/* Also while the way to OP waits for outputs. */
+static void an_identification_ends_with_the_next_request(void **state)
+{
+    struct rig *rig = *state;
+
+    drive_safeop(rig, DRIVE, 0);
+    put_u16(rig->slaves[0].memory + REG_STATION_ALIAS, 0x0123);
+    assert_int_equal(al_request(rig, DRIVE, AL_SAFEOP | AL_DEVICE_ID), AL_SAFEOP | AL_DEVICE_ID);
+    assert_int_equal(al_request(rig, DRIVE, AL_OP), AL_SAFEOP);
+    assert_int_equal(al_code(rig, DRIVE), 0);
 }
 
 static void a_processor_without_dictionary_checks_its_sync_managers_against_the_sii(void **state)
@@ -1002,6 +1016,7 @@ int main(void)
         T(not_loaded_stays_true_until_a_load_succeeds),
         T(the_alias_is_loaded_at_power_on_only),
         T(a_device_tells_its_alias_while_it_is_asked_to),
+        T(an_identification_ends_with_the_next_request),
         T(a_processor_without_dictionary_checks_its_sync_managers_against_the_sii),
         T(requests_wait_when_their_answers_would_not_fit),
         T(mailbox_errors_are_not_answered),

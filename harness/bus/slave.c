@@ -76,7 +76,6 @@ int slave_init(struct slave *slave, const struct slave_setup *setup)
 static void forget(struct slave *slave)
 {
     al_fall(slave, AL_INIT, AL_CODE_NONE);
-    memset(&slave->al, 0, sizeof slave->al);
     slave->sii_busy_until = 0;
     slave->outputs_fresh = false;
     registers_reset(slave);
