@@ -305,7 +305,9 @@ static const struct fault_verb verbs[] = {
            "frames lose bits on the cable behind a slave (0, or nothing: the master's): slaves "
            "behind count an error, nothing comes back"),
       .example = "every 100ms damage 1 frame after 1", .kind = FAULT_FRAMES, .strike = damage },
-    { VERB("short", "wkc at SLAVE", "the slave works and does not count in working counters"),
+    { VERB("short", "wkc at SLAVE",
+           "the slave takes no part in process data, as one whose sync managers are off; registers "
+           "answer"),
       .example = "at 500ms short wkc at 2 for 10ms", .kind = FAULT_MUTE, .begin = mute,
       .end = count_again },
     { VERB("unplug", "after CABLE",
