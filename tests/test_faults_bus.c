@@ -443,9 +443,14 @@ static void behind_a_pulled_cable_nobody_answers(void **state)
     assert_true(wire_transfer(&p->bus->wire, &port, frame, length, p->now, NULL));
     assert_int_equal(get_u16(frame + 27), 2);
     assert_int_equal(get_u16(frame + 18), 2);
+    assert_int_equal(get_u16(reg(p, 2, REG_DL_STATUS)) & 0xfff0, 0x5610);
+    assert_int_equal(*reg(p, 2, REG_LOST_LINK + 1), 1);
+    assert_int_equal(*reg(p, 3, REG_LOST_LINK), 1);
+    assert_int_equal(*reg(p, 1, REG_LOST_LINK + 1), 0);
     fault(p, "plug after 2");
     cycle(p);
     assert_int_equal(cycle(p), FULL);
+    assert_int_equal(get_u16(reg(p, 2, REG_DL_STATUS)) & 0xfff0, 0x5a30);
     assert_int_equal(get_u16(reg(p, 3, REG_STATION_ADDRESS)), 0x1003);
     assert_int_equal(al_status(p, 3), 8);
 }
@@ -489,6 +494,7 @@ static void a_power_cycle_forgets_address_and_state(void **state)
     cycle(p);
     assert_int_equal(cycle(p), 9);
     assert_int_equal(al_status(p, 4), 0);
+    assert_int_equal(get_u16(reg(p, 3, REG_DL_STATUS)) & 0xfff0, 0x5610);
     for (unsigned i = 0; i < 6; i++)
         cycle(p);
     assert_int_equal(get_u16(reg(p, 4, REG_STATION_ADDRESS)), 0);
