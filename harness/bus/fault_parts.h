@@ -63,7 +63,7 @@ struct fault_verb {
     /* FAULT_FRAMES: what becomes of a frame that it hits. */
     void (*strike)(const struct fault_action *, struct fault_fate *);
     /* Inputs that change with every frame. */
-    void (*shake)(struct faults *, struct fault_statement *);
+    void (*shake)(struct faults *, struct fault_statement *, uint64_t now_ns);
 };
 
 struct faults {

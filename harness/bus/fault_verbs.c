@@ -254,9 +254,9 @@ static void let_go(struct faults *faults, struct fault_statement *st, uint64_t n
 }
 
 /* A value that the device refuses (an input of one bit has two) is tried on the other side. */
-static void shake(struct faults *faults, struct fault_statement *st)
+static void shake(struct faults *faults, struct fault_statement *st, uint64_t now_ns)
 {
-    struct slave *slave = &faults->segment->slaves[st->action.place - 1];
+    struct slave *slave = faults_slave(faults, st, now_ns);
     uint64_t width = 2 * (uint64_t)st->action.value + 1;
     int64_t off = (int64_t)(spread_next(&st->random) % width) - st->action.value;
 

@@ -277,7 +277,7 @@ bool faults_frame(struct faults *faults, uint64_t now_ns, struct fault_fate *fat
         if (st->action.verb->strike)
             struck |= strike(faults, st, fate);
         else if (st->action.verb->shake)
-            st->action.verb->shake(faults, st);
+            st->action.verb->shake(faults, st, now_ns);
     }
     if (faults->changed)
         look_ahead(faults);

@@ -100,8 +100,8 @@ struct fault_fate {
 /* A frame is about to be sent; false: nothing happens to it. Time must have been advanced. */
 bool faults_frame(struct faults *faults, uint64_t now_ns, struct fault_fate *fate);
 
-/* What was applied, numbered from 0. False: not yet. Its text is empty when FAULTS_LOG more have come
- * since. */
+/* What was applied, numbered from 0. False: not yet. Its text is empty when FAULTS_LOG more have
+ * come since. */
 bool faults_event(const struct faults *faults, uint64_t number, struct bus_fault_event *event);
 
 /* The language, for documents and completion: NULL past the end. */
