@@ -46,8 +46,8 @@ static bool pass_disturbed(struct wire *wire, const struct fault_fate *fate,
     return back && !fate->lose_back;
 }
 
-bool wire_transfer(struct wire *wire, enum segment_port *port, uint8_t *frame, size_t length,
-                   uint64_t now_ns, uint64_t *back_ns)
+static bool pass(struct wire *wire, enum segment_port *port, uint8_t *frame, size_t length,
+                 uint64_t now_ns, uint64_t *back_ns)
 {
     struct fault_fate fate;
     uint64_t back = now_ns;
@@ -63,6 +63,12 @@ bool wire_transfer(struct wire *wire, enum segment_port *port, uint8_t *frame, s
     if (back_ns)
         *back_ns = back;
     return returned;
+}
+
+bool wire_transfer(struct wire *wire, enum segment_port *port, uint8_t *frame, size_t length,
+                   uint64_t now_ns, uint64_t *back_ns)
+{
+    return pass(wire, port, frame, length, now_ns, back_ns);
 }
 
 const struct wire_frame *wire_extra(struct wire *wire)
