@@ -30,6 +30,14 @@ MACHINE_SRC := load.c poison.c regions.c call.c fault.c attribute.c watchdog.c s
 BUS_SRC := client.c client_cycle.c client_jobs.c client_map.c client_watch.c fiber.c segment.c slave.c registers.c sii.c syncman.c fmmu.c al.c dc.c \
     watchdog.c mailbox.c coe.c coe_info.c od.c pdo.c cia402.c axis.c devices.c dev_drive.c drive.c drive_cyclic.c \
     drive_homing.c drive_od.c drive_profile.c dev_dio.c wire.c \
+    faults.c \
+    fault_arguments.c \
+    fault_script.c \
+    fault_verbs.c \
+    fault_words.c \
+    topology.c \
+    ports.c \
+    sync.c \
     port/clock.c port/port.c
 HOST_SRC := product.c schedule.c catalogue.c text16.c evidence.c plant.c host_select.c experiment.c
 # What touches registers: once for each layout of the shared memories.
@@ -90,9 +98,11 @@ bench: $(BUILD)/tgm $(BUILD)/test/bench $(BUILD)/test/bench_bus template-linked 
 	$(Q)$(BUILD)/test/bench_bus
 
 FUZZ_SECONDS ?= 300
-FUZZERS := fuzz_image fuzz_text
+FUZZERS := fuzz_image fuzz_text \
+    fuzz_segment
+FUZZERS += fuzz_faults
 .PHONY: fuzz
-fuzz: $(addprefix $(BUILD)/fuzz/,$(FUZZERS)) ## fuzz the readers of module files and the SDK's text for FUZZ_SECONDS each (default 300)
+fuzz: $(addprefix $(BUILD)/fuzz/,$(FUZZERS)) ## fuzz the readers of module files and fault scripts, the SDK's text and the bus segment for FUZZ_SECONDS each (default 300)
 	$(Q)for fuzzer in $(FUZZERS); do mkdir -p $(BUILD)/fuzz/corpus-$$fuzzer; \
 	    $(BUILD)/fuzz/$$fuzzer -max_total_time=$(FUZZ_SECONDS) -artifact_prefix=$(BUILD)/fuzz/$$fuzzer- \
 	    $(BUILD)/fuzz/corpus-$$fuzzer || exit 1; done
@@ -200,6 +210,19 @@ $(BUILD)/fuzz/fuzz_text: tests/fuzz_text.c sdk/src/number.c sdk/src/text16.c sdk
 	@mkdir -p $(@D)
 	@echo "  FUZZ   $@"
 	$(Q)$(FUZZ_CC) -DTGM_HOST -o $@ $(filter %.c,$^) -lm
+
+# The simulated bus alone, without the SOEM client.
+$(BUILD)/fuzz/fuzz_faults: tests/fuzz_faults.c $(addprefix harness/bus/,$(filter-out client% port/%,$(BUS_SRC))) | $(BUILD)/.deps-test
+	@mkdir -p $(@D)
+	@echo "  FUZZ   $@"
+	$(Q)$(FUZZ_CC) -o $@ $(filter %.c,$^) -lm
+
+# The segment without the master above it: what of the room does not know SOEM.
+SEGMENT_SRC := $(filter-out client%.c wire.c port/%.c,$(BUS_SRC))
+$(BUILD)/fuzz/fuzz_segment: tests/fuzz_segment.c $(addprefix harness/bus/,$(SEGMENT_SRC)) | $(BUILD)/.deps-test
+	@mkdir -p $(@D)
+	@echo "  FUZZ   $@"
+	$(Q)$(FUZZ_CC) -Itests -ffp-contract=off -o $@ $(filter %.c,$^) -lm
 
 -include tests/tests.mk
 -include $(filter-out $(BUILD)/obj/soem/%,$(ROOM_OBJ:.o=.d)) $(CLI_OBJ:.o=.d) $(LAYOUT_OBJ:.o=.d)

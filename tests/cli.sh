@@ -222,4 +222,19 @@ expect "run tells of a refused start" 1 "Program_Ini returned 2"
 run "$tgm" run "$work/letter"
 expect "run of no module" 1 "text"
 
+# --- faults on the bus ----------------------------------------------------------------------------
+printf 'at start dc 1 jitter 100ns\nat 20ms unplug after 1 for 10ms\n' >"$work/day.faults"
+run "$tgm" run "$module" --for 50ms --faults "$work/day.faults"
+expect "faults are told with their times" 0 "before the cycles  bus fault    dc 1 jitter 100ns" \
+    "0.020000 s         bus fault    unplug after 1 for 10ms" "0.030000 s         bus fault    unplug after 1 for 10ms ends"
+printf '# late\nat 1s drive 2 fault 0x3210\n' >"$work/bad.faults"
+run "$tgm" run "$module" --faults "$work/bad.faults"
+expect "a fault that cannot be is an error with its place" 2 \
+    "bad.faults:2:13: slave 2 (dio-8x8) cannot have this fault; expected a drive"
+printf 'at 1s mend\0 ' >"$work/bad.faults"
+run "$tgm" run "$module" --faults "$work/bad.faults"
+expect "a script with binary in it" 2 "it is no text"
+run "$tgm" run "$module" --faults "$work/none.faults"
+expect "a script that is not there" 2 "none.faults': No such file"
+
 finish

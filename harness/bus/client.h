@@ -4,6 +4,7 @@
 #define HARNESS_BUS_CLIENT_H
 
 #include "bus/bus.h"
+#include "bus/faults.h"
 #include "bus/port/clock.h"
 #include "bus/segment.h"
 #include "bus/slave.h"
@@ -52,6 +53,7 @@ struct bus {
     bool supervise;
     struct bus_startup *startup;
     size_t startup_count;
+    struct faults *faults; /* at the wire from the first fault on */
     struct slave *slaves;
     void *devices[BUS_MAX_SLAVES];
 

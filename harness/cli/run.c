@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
+#include <errno.h>
 #include <inttypes.h>
 #include <math.h>
 #include <stdlib.h>
@@ -12,6 +13,7 @@
 
 #define RECORD_MAX 64
 #define RUN_WHY    1024
+#define SCRIPT_MAX 1048576 /* bytes of a fault script */
 
 /* One run on its way: what was asked for and what has been shown so far. */
 struct run {
@@ -25,7 +27,7 @@ struct run {
     FILE *screen; /* standard error when the recording goes to standard output */
     bool terminal;
     bool in_process;
-    uint64_t messages_shown;
+    uint64_t messages_shown, faults_shown;
     double begin, shown_at;
     int csv_error;
 };
@@ -39,18 +41,52 @@ static double seconds(void)
 
 /* Text from the module must not move the cursor or fake a line of ours: evidence_clean() took
  * controls out. */
-static void show_messages(struct run *run, const struct evidence *evidence)
+static void show_message(const struct run *run, const struct evidence_message *message)
 {
-    for (; run->messages_shown < evidence->message_count && run->messages_shown < EVIDENCE_MESSAGES;
-         run->messages_shown++) {
-        const struct evidence_message *message = &evidence->messages[run->messages_shown];
-        if (message->cycle == EVIDENCE_NO_CYCLE)
-            fprintf(run->screen, "%s  before the cycles  %-11s  %s\n",
-                    run->terminal ? "\r\033[K" : "", entry_name(message->entry), message->text);
-        else
-            fprintf(run->screen, "%s  cycle %-11" PRIu64 "  %-11s  %s\n",
-                    run->terminal ? "\r\033[K" : "", message->cycle, entry_name(message->entry),
-                    message->text);
+    if (message->cycle == EVIDENCE_NO_CYCLE)
+        fprintf(run->screen, "%s  before the cycles  %-11s  %s\n", run->terminal ? "\r\033[K" : "",
+                entry_name(message->entry), message->text);
+    else
+        fprintf(run->screen, "%s  cycle %-11" PRIu64 "  %-11s  %s\n",
+                run->terminal ? "\r\033[K" : "", message->cycle, entry_name(message->entry),
+                message->text);
+}
+
+static void show_fault(const struct run *run, const struct evidence_fault *fault)
+{
+    char when[32] = "before the cycles";
+    if (fault->time_ns >= 0)
+        snprintf(when, sizeof when, "%.6f s", (double)fault->time_ns * 1e-9);
+    fprintf(run->screen, "%s  %-17s  %-11s  %s\n", run->terminal ? "\r\033[K" : "", when,
+            "bus fault", fault->text);
+}
+
+static int64_t message_time(const struct run *run, const struct evidence_message *message)
+{
+    if (message->cycle == EVIDENCE_NO_CYCLE)
+        return -1;
+    return (int64_t)(message->cycle * run->experiment.host.cycle_us * 1000);
+}
+
+/* Messages and faults that have not been shown yet, in the order of their times. */
+static void show_events(struct run *run, const struct evidence *evidence)
+{
+    for (;;) {
+        const bool message = run->messages_shown < evidence->message_count &&
+                             run->messages_shown < EVIDENCE_MESSAGES;
+        const bool fault =
+            run->faults_shown < evidence->fault_count && run->faults_shown < EVIDENCE_FAULTS;
+        const struct evidence_message *m = &evidence->messages[message ? run->messages_shown : 0];
+        const struct evidence_fault *f = &evidence->faults[fault ? run->faults_shown : 0];
+        if (!message && !fault)
+            return;
+        if (fault && (!message || f->time_ns <= message_time(run, m))) {
+            show_fault(run, f);
+            run->faults_shown++;
+        } else {
+            show_message(run, m);
+            run->messages_shown++;
+        }
     }
 }
 
@@ -108,7 +144,7 @@ static void progress(void *argument, const struct evidence *evidence, const doub
     run->shown_at = now;
     if (evidence->stage >=
         EVIDENCE_BETWEEN) /* a message that is being written is shown next time */
-        show_messages(run, evidence);
+        show_events(run, evidence);
     show_status(run, evidence);
 }
 
@@ -171,7 +207,10 @@ static int conclude(struct run *run, const struct experiment_result *result, con
 {
     const struct evidence *evidence = &result->evidence;
     int status = EXIT_OK;
-    show_messages(run, evidence);
+    show_events(run, evidence);
+    if (evidence->fault_count > EVIDENCE_FAULTS)
+        fprintf(run->screen, "  and %" PRIu64 " bus faults more\n",
+                evidence->fault_count - EVIDENCE_FAULTS);
     if (evidence->message_count > EVIDENCE_MESSAGES)
         fprintf(run->screen, "  and %" PRIu64 " messages more\n",
                 evidence->message_count - EVIDENCE_MESSAGES);
@@ -239,6 +278,29 @@ static int open_module(struct run *run, const struct profile *profile, const cha
     return EXIT_MODULE;
 }
 
+/* The whole file as a string; NULL, and the reason said, when that is not possible. */
+static char *read_script(const struct run *run, const char *path)
+{
+    FILE *file = fopen(path, "rb");
+    char *text = malloc(SCRIPT_MAX + 1);
+    size_t size = 0;
+    int error = file == NULL ? errno : text == NULL ? ENOMEM : 0;
+    if (error == 0) {
+        size = fread(text, 1, SCRIPT_MAX + 1, file);
+        error = ferror(file) ? EIO : size > SCRIPT_MAX ? EFBIG : 0;
+    }
+    if (file != NULL)
+        fclose(file);
+    if (error == 0 && memchr(text, '\0', size) == NULL) {
+        text[size] = '\0';
+        return text;
+    }
+    complain(run->command, "cannot read fault script '%s': %s", path,
+             error != 0 ? strerror(error) : "it is no text");
+    free(text);
+    return NULL;
+}
+
 static int start(struct run *run, const struct profile *profile, const char *path,
                  const char *record)
 {
@@ -266,7 +328,8 @@ static int start(struct run *run, const struct profile *profile, const char *pat
 int command_run(const struct command *command, int argc, char **argv)
 {
     static struct run run;
-    const char *profile_name = "pc4", *record = NULL, *module = NULL;
+    const char *profile_name = "pc4", *record = NULL, *module = NULL, *faults = NULL;
+    char *script = NULL;
     uint64_t duration = UINT64_C(2000000000), cycle_us = 0, seed = DEFAULT_SEED;
     const struct option table[] = {
         { "--for", OPTION_DURATION, "TIME", "simulated time, as in 2s or 500ms (default 2s)",
@@ -279,6 +342,8 @@ int command_run(const struct command *command, int argc, char **argv)
           &run.csv_path, 0, 0 },
         { "--seed", OPTION_NUMBER, "N", "seed of places, poison and machine (default 0x1d2f)",
           &seed, 0, 0 },
+        { "--faults", OPTION_TEXT, "FILE", "what goes wrong on the bus, and when (docs/faults.md)",
+          &faults, 0, 0 },
         { "--in-process", OPTION_FLAG, NULL,
           "no worker and no sandbox, for a debugger (make debug)", &run.in_process, 0, 0 },
         { "--profile", OPTION_TEXT, "NAME", "which TG Motion to be: pc4 (default)", &profile_name,
@@ -306,10 +371,16 @@ int command_run(const struct command *command, int argc, char **argv)
     run.experiment.host.product = product;
     if (record != NULL && (status = read_registers(&run, record)) != 0)
         return status;
+    if (faults != NULL && (script = read_script(&run, faults)) == NULL)
+        return EXIT_CALL;
+    run.experiment.host.faults = script;
+    run.experiment.host.faults_name = faults;
     run.experiment.name = "run";
     run.experiment.host.cycle_us = (uint32_t)cycle_us;
     run.experiment.host.seed = seed;
     run.experiment.host.plant = &plant_default;
     run.experiment.cycles = (duration + cycle_us * 1000 - 1) / (cycle_us * 1000);
-    return start(&run, profile, module, record);
+    status = start(&run, profile, module, record);
+    free(script);
+    return status;
 }

@@ -64,6 +64,8 @@ struct host_config {
     uint32_t program_period_us[3]; /* Program_01..03; 0 = the product's default */
     uint64_t seed;
     const struct plant *plant;
+    const char *faults,
+        *faults_name; /* what goes wrong on the bus (docs/faults.md); NULL: nothing */
     bool without_bus; /* no slaves are made: for experiments that only call Program_Ini */
     struct mutation mutation;
 };
