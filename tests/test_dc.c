@@ -240,7 +240,7 @@ static void a_clock_for_delays_only_shows_port_times_and_nothing_else(void **sta
     assert_int_equal(exchange(rig, BWR, AT(0, REG_DC_PORT_TIME), data, 4), 1);
     assert_int_equal(exchange(rig, BRD, AT(0, REG_FEATURES), data, 2), 1);
     assert_int_equal(data[0] & FEATURE_DC, FEATURE_DC);
-    for (uint16_t ado = REG_DC_SYSTEM_TIME; ado < 0x09a8; ado++)
+    for (uint16_t ado = REG_DC_SYSTEM_TIME; ado < 0x09d0; ado++)
         assert_int_equal(exchange(rig, BRD, AT(0, ado), data, 1), 0);
 }
 
