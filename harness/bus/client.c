@@ -149,7 +149,6 @@ static int init_port(struct bus *bus, bool redundant)
 
     if (!redundant)
         return ecx_init(&bus->context, "near end");
-    segment_close_ring(&bus->segment, true, 0);
     return ecx_init_redundant(&bus->context, &bus->second_port, "near end", second);
 }
 
@@ -280,6 +279,10 @@ int bus_open(struct bus **out, const struct bus_config *config, char why[BUS_WHY
         error = read_maps(bus, why);
     if (!error)
         error = configure(bus, why);
+    /* After the delays have been measured: in a closed ring the last port of every slave hears
+     * nothing, and SOEM would take it for the end of the line. */
+    if (!error && config->redundant)
+        segment_close_ring(&bus->segment, true, bus->clock.now_ns);
     bus_clock_enter(previous);
     if (error)
         bus_close(bus);
