@@ -105,7 +105,8 @@ static void note_unrunnable(struct check *check, const struct profile *profile)
     }
 }
 
-static int run_experiments(struct check *check, unsigned wanted, char why[CHECK_WHY])
+static int run_experiments(struct check *check, const struct check_options *options,
+                           unsigned wanted, char why[CHECK_WHY])
 {
     if (check->cannot_run[0] != '\0')
         return 0;
@@ -113,6 +114,10 @@ static int run_experiments(struct check *check, unsigned wanted, char why[CHECK_
         if ((wanted & (1u << i)) == 0)
             continue;
         const double begin = seconds();
+        struct host_config *around = &check->experiments[i].host;
+        if (options->capture != NULL && !around->without_bus)
+            around->capture =
+                options->capture(options->capture_argument, check->experiments[i].name);
         int r = experiment_run(&check->experiments[i], check->image, NULL, NULL, NULL,
                                &check->results[i]);
         if (r != 0) {
@@ -282,7 +287,7 @@ int check_run(struct check **out, const struct check_options *options, char why[
     for (size_t i = 0; i < check->report.rule_count; i++)
         wanted |= check->chosen[i]->experiments;
     check->groups[GROUP_FILE].seconds = seconds() - begin;
-    r = run_experiments(check, wanted, why);
+    r = run_experiments(check, options, wanted, why);
     if (r != 0)
         goto out;
     note_cycles(check, options);

@@ -22,6 +22,7 @@ static int bus_start(struct host *host, char why[HOST_WHY])
         .device_count = host->config.plant->device_count,
         .cycle_ns = host->config.cycle_us * 1000,
         .seed = host->config.seed,
+        .capture = host->config.capture,
     };
     int r = bus_open(&host->bus, &config, why);
     if (r == 0)

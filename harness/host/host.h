@@ -58,6 +58,7 @@ struct host_config {
     const struct plant *plant;
     bool without_bus; /* no slaves are made: for experiments that only call Program_Ini */
     struct mutation mutation;
+    struct pcap *capture; /* where the frames of the bus go; NULL: nowhere */
 };
 
 struct host;
