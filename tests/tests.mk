@@ -24,9 +24,13 @@ SDK_TESTS := test_sdk_mem test_sdk_text test_sdk_motion test_sdk_start test_sdk_
 IMAGE_TESTS := test_image test_image_real test_image_bad test_image_damage test_image_memory \
     test_image_pe test_image_pe_bad test_image_arm test_image_flat
 MACHINE_TESTS := test_machine test_machine_call test_machine_load test_machine_seal test_worker
-BUS_TESTS := test_segment test_slave test_coe test_drive test_bus
+BUS_TESTS := test_segment test_slave test_coe test_drive test_bus \
+    test_pcap
 
 $(addprefix $(BUILD)/obj/tests/,$(BUS_TESTS:=.o) bench_bus.o): ALL_CFLAGS += -Itests $(BUS_CFLAGS)
+
+# Captures that tests/captures.sh lets tshark dissect.
+$(BUILD)/obj/tests/test_pcap.o: ALL_CFLAGS += -DTEST_CAPTURES_DIR='"$(BUILD)/captures"'
 
 # The SDK's support library as native code: the same sources that modules are linked from.
 SDK_OBJ := $(addprefix $(BUILD)/obj/sdk-host/,number.o text16.o text8.o motion.o move.o)
