@@ -30,12 +30,12 @@ MACHINE_SRC := load.c poison.c regions.c call.c fault.c attribute.c watchdog.c s
 BUS_SRC := client.c client_cycle.c client_map.c segment.c slave.c registers.c sii.c syncman.c fmmu.c al.c dc.c \
     watchdog.c mailbox.c coe.c coe_info.c od.c pdo.c cia402.c axis.c devices.c dev_drive.c drive.c drive_cyclic.c \
     drive_homing.c drive_od.c drive_profile.c dev_dio.c wire.c \
-    pcap.c \
+    pcap.c rack.c view.c live.c live_socket.c \
     port/clock.c port/port.c
 HOST_SRC := product.c schedule.c catalogue.c text16.c evidence.c memories.c services.c servo.c dio.c host.c experiment.c
 REPORT_SRC := text.c json.c
 CLI_SRC := main.c options.c output.c check.c run.c inspect.c inspect_text.c inspect_json.c rules.c new.c registers.c \
-    capture.c
+    capture.c bus.c
 CONFORMANCE_SRC := profile.c rules.c findings.c incidents.c rules_file.c rules_start.c rules_cycle.c check.c
 SOEM_SRC := ethercatbase.c ethercatcoe.c ethercatconfig.c ethercatdc.c ethercatmain.c ethercatprint.c ethercatsoe.c
 
