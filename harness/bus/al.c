@@ -180,8 +180,11 @@ bool al_write_control(struct slave *slave, uint16_t address, const uint8_t *data
 {
     struct al *al = &slave->al;
 
-    if (al->pending)
+    if (al->pending && slave->now_ns < al->read_ns)
         return false;
+    /* It has been read and is on its way: the next one comes behind it. */
+    if (al->pending)
+        request(slave, al->request);
     memcpy(slave->memory + address, data, length);
     if (address != REG_AL_CONTROL)
         return true;
@@ -192,6 +195,7 @@ bool al_write_control(struct slave *slave, uint16_t address, const uint8_t *data
     al->pending = true;
     al->wait_outputs = false;
     al->request = data[0];
+    al->read_ns = slave->now_ns + SLAVE_AL_READ_NS;
     al->due_ns = slave->now_ns + SLAVE_AL_NS;
     if (al->due_ns < slave->due_ns)
         slave->due_ns = al->due_ns;

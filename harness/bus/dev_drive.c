@@ -13,6 +13,14 @@ static void init(void *device, const struct device_setup *setup)
     drive_init(&drive->axis, setup->seed);
 }
 
+static void power_on(void *device, uint64_t now_ns)
+{
+    struct drive_device *drive = device;
+
+    drive_od_defaults(drive);
+    drive_power_on(&drive->axis, now_ns);
+}
+
 /* CiA 301: bit 0 any error, 4 communication, 5 device profile. */
 static uint8_t error_register(uint16_t error_code)
 {
@@ -109,6 +117,7 @@ const struct device_type dev_drive_cia402 = {
     .dc = true,
     .od = &drive_od,
     .init = init,
+    .power_on = power_on,
     .state = state,
     .step = step,
     .outputs = outputs,

@@ -37,6 +37,9 @@ struct device_type {
     const struct od *od;
 
     void (*init)(void *device, const struct device_setup *setup);
+    /* Switched off and on again: what memory held is lost, where the machine stands is not. The
+     * objects have their initial values already. May be NULL. */
+    void (*power_on)(void *device, uint64_t now_ns);
     /* The AL state has become `state` (AL_* of registers.h). */
     void (*state)(void *device, unsigned state, uint64_t now_ns);
     /* Lets time pass up to now_ns. Results must not depend on how the time is cut into calls. */

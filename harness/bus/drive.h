@@ -98,6 +98,8 @@ struct drive {
 };
 
 void drive_init(struct drive *drive, uint64_t seed);
+/* The axis has coasted while there was no power. */
+void drive_power_on(struct drive *drive, uint64_t now_ns);
 void drive_al_state(struct drive *drive, unsigned state);
 void drive_fault(struct drive *drive, uint16_t code);
 /* The objects of the process image (or the controlword by SDO) have new values. */

@@ -66,6 +66,8 @@ void slave_power_on(struct slave *slave, uint64_t now_ns)
     sii_load(slave, true);
     if (slave->type->od)
         od_reset(slave->type->od, slave->device);
+    if (slave->type->power_on)
+        slave->type->power_on(slave->device, now_ns);
 }
 
 static uint64_t earlier(uint64_t a, uint64_t b)

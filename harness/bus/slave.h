@@ -25,6 +25,7 @@
  * (ethercat.md 3.3, 4, 6.2); these lie inside what was measured there and make masters poll at
  * least once. */
 #define SLAVE_AL_NS           500000
+#define SLAVE_AL_READ_NS      20000
 #define SLAVE_MAILBOX_NS      300000
 #define SLAVE_SII_READ_NS     150000
 #define SLAVE_SII_WRITE_NS    3000000
@@ -50,7 +51,8 @@ struct fmmu {
 };
 
 struct al {
-    bool pending; /* AL control written, application has not looked yet */
+    bool pending;     /* AL control written, application has not acted yet */
+    uint64_t read_ns; /* when it has looked: from then on it takes another request */
     uint16_t request;
     uint64_t due_ns;
     bool wait_outputs; /* on the way to OP until the first outputs come or due_ns passes */
