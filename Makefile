@@ -38,13 +38,15 @@ BUS_SRC := client.c client_cycle.c client_jobs.c client_map.c client_watch.c fib
     topology.c \
     ports.c \
     sync.c \
+    pcap.c rack.c view.c live.c live_socket.c \
     port/clock.c port/port.c
 HOST_SRC := product.c schedule.c catalogue.c text16.c evidence.c plant.c host_select.c experiment.c
 # What touches registers: once for each layout of the shared memories.
 LAYOUT_SRC := host.c host_rows.c memories.c services.c timers.c servo.c dio.c
 LAYOUTS := gen4 gen5_905 gen5_906
 REPORT_SRC := text.c json.c
-CLI_SRC := main.c options.c output.c check.c run.c inspect.c inspect_text.c inspect_json.c rules.c new.c registers.c
+CLI_SRC := main.c options.c output.c check.c run.c inspect.c inspect_text.c inspect_json.c rules.c new.c registers.c \
+    capture.c bus.c
 CONFORMANCE_SRC := profile.c rules.c findings.c incidents.c rules_file.c rules_start.c rules_cycle.c check.c
 SOEM_SRC := ethercatbase.c ethercatcoe.c ethercatconfig.c ethercatdc.c ethercatmain.c ethercatprint.c ethercatsoe.c
 

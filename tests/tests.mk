@@ -29,9 +29,13 @@ BUS_TESTS := test_segment test_slave test_coe test_drive test_bus test_client \
     test_controller \
     test_dc
 BUS_TESTS += test_faults
+BUS_TESTS += test_pcap
 BUS_TESTS += test_faults_bus
 
 $(addprefix $(BUILD)/obj/tests/,$(BUS_TESTS:=.o) bench_bus.o soak_segment.o): ALL_CFLAGS += -Itests $(BUS_CFLAGS)
+
+# Captures that tests/captures.sh lets tshark dissect.
+$(BUILD)/obj/tests/test_pcap.o: ALL_CFLAGS += -DTEST_CAPTURES_DIR='"$(BUILD)/captures"'
 
 # The SDK's support library as native code: the same sources that modules are linked from.
 SDK_OBJ := $(addprefix $(BUILD)/obj/sdk-host/,number.o text16.o text8.o motion.o move.o)
@@ -105,3 +109,14 @@ fixtures: $(FIXTURES) ## build the rules' fixture modules
 test-programs: $(addprefix $(BUILD)/test/,$(UNIT_TESTS) $(SDK_TESTS) $(IMAGE_TESTS) $(MACHINE_TESTS) $(BUS_TESTS) $(HOST_TESTS)) $(FIXTURES)
 
 -include $(wildcard $(BUILD)/obj/tests/*.d $(BUILD)/obj/sdk-host/*.d)
+
+# SOEM's own sources with its own port for Linux, as its users build them, under a walker of ours.
+SOEM_STOCK := third_party/soem
+SOEM_STOCK_CFLAGS := -std=gnu11 -O2 -g -DEC_VER2 -DUSE_SOEM_CONFIG_H -Itests/strangers -isystem $(SOEM_STOCK)/soem \
+    -isystem $(SOEM_STOCK)/osal -isystem $(SOEM_STOCK)/osal/linux -isystem $(SOEM_STOCK)/oshw/linux
+$(BUILD)/strangers/soem_walk: tests/strangers/soem_walk.c tests/strangers/soem_config.h third_party/soem/.from
+	@mkdir -p $(@D)
+	@echo "  CC     $@"
+	$(Q)$(CC) $(SOEM_STOCK_CFLAGS) -Wall -Wextra -Werror -c -o $@.o $<
+	$(Q)$(CC) $(SOEM_STOCK_CFLAGS) -w -o $@ $@.o $(SOEM_STOCK)/soem/*.c $(SOEM_STOCK)/osal/linux/*.c \
+	    $(SOEM_STOCK)/oshw/linux/*.c -lpthread

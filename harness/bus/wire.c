@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 #include "bus/wire.h"
 #include "bus/faults.h"
+#include "bus/pcap.h"
 
 #include <string.h>
 
@@ -65,10 +66,31 @@ static bool pass(struct wire *wire, enum segment_port *port, uint8_t *frame, siz
     return returned;
 }
 
+/* A frame that does not come back is seen once, one that comes back twice three times. */
+static bool pass_captured(struct wire *wire, enum segment_port *port, uint8_t *frame, size_t length,
+                          uint64_t now_ns, uint64_t *back_ns)
+{
+    bool back;
+
+    if (length > PCAP_FRAME_MAX)
+        return false;
+    pcap_frame(wire->capture, now_ns, frame, length);
+    back = pass(wire, port, frame, length, now_ns, back_ns);
+    if (back)
+        pcap_frame_at(wire->capture, *back_ns, frame, length);
+    if (wire->has_extra)
+        pcap_frame_at(wire->capture, wire->extra.back_ns, wire->extra.bytes, wire->extra.length);
+    return back;
+}
+
 bool wire_transfer(struct wire *wire, enum segment_port *port, uint8_t *frame, size_t length,
                    uint64_t now_ns, uint64_t *back_ns)
 {
-    return pass(wire, port, frame, length, now_ns, back_ns);
+    uint64_t back = now_ns;
+
+    if (!wire->capture)
+        return pass(wire, port, frame, length, now_ns, back_ns);
+    return pass_captured(wire, port, frame, length, now_ns, back_ns ? back_ns : &back);
 }
 
 const struct wire_frame *wire_extra(struct wire *wire)

@@ -7,6 +7,7 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "cli/capture.h"
 #include "cli/cli.h"
 #include "conformance/profile.h"
 #include "conformance/rules.h"
@@ -24,7 +25,9 @@ struct run {
     struct recording recording;
     struct output csv;
     const char *csv_path;
-    FILE *screen; /* standard error when the recording goes to standard output */
+    struct capture capture;
+    const char *pcap_path;
+    FILE *screen; /* standard error when recording or capture go to standard output */
     bool terminal;
     bool in_process;
     uint64_t messages_shown, faults_shown;
@@ -252,6 +255,9 @@ static int play(struct run *run, const char *path)
             return complain(run->command, "no worker process: %s", strerror(-r));
     }
     int status = conclude(run, &result, slash != NULL ? slash + 1 : path);
+    r = capture_close(&run->capture);
+    if (r != 0 && r != -EBADMSG) /* that one is the worker's, and told */
+        status = complain(run->command, "cannot write '%s': %s", run->pcap_path, strerror(-r));
     if (run->csv.stream != NULL) {
         r = output_close(&run->csv, true);
         if (r != 0 || run->csv_error != 0)
@@ -301,28 +307,53 @@ static char *read_script(const struct run *run, const char *path)
     return NULL;
 }
 
+static int refuse_self(const struct run *run, const char *option, const char *file,
+                       const char *module)
+{
+    return file != NULL && same_file(file, module)
+               ? complain(run->command, "%s '%s' is the module itself", option, file)
+               : 0;
+}
+
+static int open_files(struct run *run, const char *module, const char *record)
+{
+    int status = refuse_self(run, "--csv", run->csv_path, module);
+    if (status == 0)
+        status = refuse_self(run, "--pcap", run->pcap_path, module);
+    if (status != 0)
+        return status;
+    const char *path = run->csv_path;
+    int r = path != NULL ? output_open(&run->csv, path) : 0;
+    if (r == 0 && path != NULL)
+        write_head(run, record);
+    if (r == 0 && run->pcap_path != NULL)
+        r = capture_open(&run->capture, path = run->pcap_path, 0);
+    return r == 0 ? 0 : complain(run->command, "cannot write '%s': %s", path, strerror(-r));
+}
+
 static int start(struct run *run, const struct profile *profile, const char *path,
                  const char *record)
 {
     struct image *image = NULL;
     int status = open_module(run, profile, path, &image);
-    if (status == 0 && run->csv_path != NULL && same_file(run->csv_path, path))
-        status = complain(run->command, "--csv '%s' is the module itself", run->csv_path);
-    if (status == 0 && run->csv_path != NULL) {
-        const int r = output_open(&run->csv, run->csv_path);
-        if (r != 0)
-            status = complain(run->command, "cannot write '%s': %s", run->csv_path, strerror(-r));
-        else
-            write_head(run, record);
-    }
-    run->screen = run->csv.stream == stdout ? stderr : stdout;
+    if (status == 0)
+        status = open_files(run, path, record);
+    const bool taken = run->csv.stream == stdout || run->capture.output.stream == stdout;
+    run->screen = taken ? stderr : stdout;
     run->terminal = isatty(fileno(run->screen)) != 0;
+    run->experiment.host.capture = capture_pcap(&run->capture);
     if (status == 0)
         status = play(run, path);
     output_close(&run->csv, false);
+    capture_close(&run->capture);
     if (image != NULL)
         image_close(image);
     return status;
+}
+
+static bool is_stdout(const char *path)
+{
+    return path != NULL && strcmp(path, "-") == 0;
 }
 
 int command_run(const struct command *command, int argc, char **argv)
@@ -340,6 +371,8 @@ int command_run(const struct command *command, int argc, char **argv)
           "registers to record, as in 'SERVO[0].Position,DIO[0].In0'", &record, 0, 0 },
         { "--csv", OPTION_TEXT, "FILE", "where the recording goes, - for standard output",
           &run.csv_path, 0, 0 },
+        { "--pcap", OPTION_TEXT, "FILE", "capture of the bus for Wireshark, - for standard output",
+          &run.pcap_path, 0, 0 },
         { "--seed", OPTION_NUMBER, "N", "seed of places, poison and machine (default 0x1d2f)",
           &seed, 0, 0 },
         { "--faults", OPTION_TEXT, "FILE", "what goes wrong on the bus, and when (docs/faults.md)",
@@ -366,6 +399,8 @@ int command_run(const struct command *command, int argc, char **argv)
         return complain(command, "--cycle must be 250, 500 or 1000, not %" PRIu64, cycle_us);
     if ((record == NULL) != (run.csv_path == NULL))
         return complain(command, "--record and --csv go together: which registers, and where to");
+    if (is_stdout(run.csv_path) && is_stdout(run.pcap_path))
+        return complain(command, "--csv and --pcap cannot both go to standard output");
     if (run.in_process && record != NULL)
         return complain(command, "--in-process does not record");
     run.experiment.host.product = product;

@@ -32,6 +32,7 @@ static int bus_start(struct host *host, char why[HOST_WHY])
         .seed = host->config.seed,
         .faults = host->config.faults,
         .faults_name = host->config.faults_name,
+        .capture = host->config.capture,
     };
     return bus_open(&host->bus, &config, why);
 }

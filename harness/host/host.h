@@ -68,6 +68,7 @@ struct host_config {
         *faults_name; /* what goes wrong on the bus (docs/faults.md); NULL: nothing */
     bool without_bus; /* no slaves are made: for experiments that only call Program_Ini */
     struct mutation mutation;
+    struct pcap *capture; /* where the frames of the bus go; NULL: nowhere */
 };
 
 struct host; /* its first member says which layout it was made for */
