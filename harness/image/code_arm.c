@@ -386,6 +386,8 @@ static void read_table(struct reading *r)
         kill(r, PC);
         return;
     }
+    if (op.a == CODE_NONE) /* not aligned here */
+        op.imm = pc_of(r);
     add(r, op);
     add(r, (struct code_op){ .kind = CODE_SUM,
                              .dst = CODE_TEMP,
