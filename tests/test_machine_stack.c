@@ -49,7 +49,8 @@ static void a_call_takes_what_its_code_says(void **state)
 {
     static const char *const exact[] = { "straight", "leaf",      "nested",        "deeper_way",
                                          "entered",  "tail",      "balanced_loop", "probed",
-                                         "service",  "get_place", "pointer",       "tail_loop" };
+                                         "service",  "get_place", "pointer",       "tail_loop",
+                                         "far_jump" };
     (void)state;
     struct image *image = fixture_image("stack");
     for (size_t i = 0; i < COUNT(exact); i++) {

@@ -60,6 +60,8 @@ static void functions_with_a_bound_on_x86_64(void **state)
         { "table", 56, IMAGE_STACK_BOUNDED, NULL },
         { "service", 24, IMAGE_STACK_BOUNDED, NULL },
         { "get_place", 16, IMAGE_STACK_BOUNDED, NULL },
+        { "far_jump", 24, IMAGE_STACK_BOUNDED, NULL },
+        { "falls_into_next", 16, IMAGE_STACK_BOUNDED, NULL },
         { "stops", 16, IMAGE_STACK_BOUNDED, NULL },
         { "pointer", 56, IMAGE_STACK_BOUNDED, NULL },
     };
@@ -124,6 +126,7 @@ static void functions_on_i386(void **state)
         { "table", 68, IMAGE_STACK_BOUNDED, NULL },
         { "service", 12, IMAGE_STACK_BOUNDED, NULL },
         { "all_registers", 40, IMAGE_STACK_BOUNDED, NULL },
+        { "negative", 20, IMAGE_STACK_BOUNDED, NULL },
         { "tail", 48, IMAGE_STACK_BOUNDED, NULL },
         { "pointer", 24, IMAGE_STACK_BOUNDED, NULL },
         { "loop_push", 136, IMAGE_STACK_LOOP, "loop_push" },
@@ -150,6 +153,7 @@ static void functions_on_arm(void **state)
         { "steps", 32, IMAGE_STACK_BOUNDED, NULL },
         { "service", 8, IMAGE_STACK_BOUNDED, NULL },
         { "interwork", 40, IMAGE_STACK_BOUNDED, NULL },
+        { "post_index", 4, IMAGE_STACK_BOUNDED, NULL },
         { "tail", 48, IMAGE_STACK_BOUNDED, NULL },
         { "recursive", 8, IMAGE_STACK_RECURSION, NULL },
         { "loop_push", 132, IMAGE_STACK_LOOP, "loop_push" },
@@ -197,6 +201,15 @@ static void sizes_from_the_code_are_those_that_the_file_states(void **state)
     }
 }
 
+static void a_function_ends_where_the_next_one_begins(void **state)
+{
+    (void)state;
+    struct image *image = open_measured("stack.so");
+    assert_int_equal(routine(image, "falls_into_next")->size, 3);
+    assert_int_equal(routine(image, "next")->size, 3);
+    image_close(image);
+}
+
 static void pdata_says_how_long_functions_are(void **state)
 {
     (void)state;
@@ -235,6 +248,7 @@ int main(void)
         cmocka_unit_test(functions_on_arm),
         cmocka_unit_test(functions_in_thumb_code),
         cmocka_unit_test(sizes_from_the_code_are_those_that_the_file_states),
+        cmocka_unit_test(a_function_ends_where_the_next_one_begins),
         cmocka_unit_test(pdata_says_how_long_functions_are),
         cmocka_unit_test(without_exported_code_there_are_no_routines),
     };

@@ -120,10 +120,28 @@ function get_place              /* 8 + 8: a call that only asks for the address 
 1:      popq    %rax
         ret
 
+function far_jump               /* 8 + 16; the place it jumps to is no function that a pointer could reach */
+        subq    $16, %rsp
+        leaq    far_place(%rip), %rax
+        jmp     *%rax
+far_place:
+        movq    $0, (%rsp)
+        addq    $16, %rsp
+        ret
+
 function stops                  /* 8 + 8: what follows the call is no code */
         call    stop
         .byte   0x06, 0x06
 stop:   ud2
+
+function falls_into_next        /* 8 + 8; three bytes, though the next function follows at once */
+        pushq   %rax
+        popq    %rax
+        nop
+function next                   /* 8 + 8 */
+        pushq   %rax
+        popq    %rax
+        ret
 
 function recursive
         subq    $24, %rsp

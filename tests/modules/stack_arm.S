@@ -96,6 +96,11 @@ function interwork              /* 8 + (8 + 24), Thumb code from A32 code */
         blx     t_straight
         pop     {r4, pc}
 
+function post_index             /* 4: stored first, then down */
+        str     r4, [sp], #-4
+        add     sp, sp, #4
+        bx      lr
+
 function tail                   /* 48 */
         b       straight
 

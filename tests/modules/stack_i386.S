@@ -93,6 +93,12 @@ function all_registers          /* 4 + 32 + 4 */
         popal
         ret
 
+function negative               /* 4 + 16 */
+        movl    $-16, %eax
+        addl    %eax, %esp
+        addl    $16, %esp
+        ret
+
 function tail                   /* 48 */
         jmp     _straight
 
