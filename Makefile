@@ -19,13 +19,24 @@ OPT     ?= -O2 -g
 ALL_CFLAGS = -std=gnu11 $(OPT) -ffp-contract=off $(WARN) $(INCLUDE) -MMD -MP $(CFLAGS)
 BUS_CFLAGS = -DEC_VER2 -Iharness/bus/port -isystem third_party/soem/soem -isystem third_party/soem/osal
 SOEM_CFLAGS = -std=gnu11 -O2 -g -w -DEC_VER2 -Iharness -Iharness/bus/port -Ithird_party/soem/soem -Ithird_party/soem/osal $(CFLAGS)
-LIBS    := -lelf -ldw -lsodium -lseccomp -ljansson -lm
+LIBS    := -lelf -ldw -lcapstone -lsodium -lseccomp -ljansson -lm
 
 # --- sources -------------------------------------------------------------------------------------
 
 IMAGE_SRC := image.c image_sort.c image_text.c elf.c elf_kinds.c elf_header.c elf_segments.c elf_dynamic.c elf_hash.c \
     elf_symbols.c elf_symtab.c elf_lookup.c elf_relocs.c elf_initialisers.c pe.c pe_headers.c pe_sections.c pe_exports.c \
-    pe_imports.c pe_relocs.c pe_initialisers.c pe_symbols.c pe_debug.c flat.c lines.c lines_extract.c lines_stack.c
+    pe_imports.c pe_relocs.c pe_initialisers.c pe_symbols.c pe_debug.c flat.c lines.c lines_extract.c \
+    image_child.c \
+    pe_unwind.c \
+    code.c \
+    code_arm.c \
+    code_map.c \
+    code_x86.c \
+    stack.c \
+    stack_graph.c \
+    stack_returns.c \
+    stack_values.c \
+    stack_walk.c
 MACHINE_SRC := load.c poison.c regions.c call.c fault.c attribute.c watchdog.c sandbox.c filter.c confine.c worker.c
 BUS_SRC := client.c client_cycle.c client_jobs.c client_map.c client_watch.c fiber.c segment.c slave.c registers.c sii.c syncman.c fmmu.c al.c dc.c \
     watchdog.c mailbox.c coe.c coe_info.c od.c pdo.c cia402.c axis.c devices.c dev_drive.c drive.c drive_cyclic.c \
@@ -101,8 +112,9 @@ bench: $(BUILD)/tgm $(BUILD)/test/bench $(BUILD)/test/bench_bus template-linked 
 
 FUZZ_SECONDS ?= 300
 FUZZERS := fuzz_image fuzz_text \
-    fuzz_segment
-FUZZERS += fuzz_faults
+    fuzz_segment \
+    fuzz_faults \
+    fuzz_code
 .PHONY: fuzz
 fuzz: $(addprefix $(BUILD)/fuzz/,$(FUZZERS)) ## fuzz the readers of module files and fault scripts, the SDK's text and the bus segment for FUZZ_SECONDS each (default 300)
 	$(Q)for fuzzer in $(FUZZERS); do mkdir -p $(BUILD)/fuzz/corpus-$$fuzzer; \
@@ -204,6 +216,11 @@ $(BUILD)/obj/%.o: %.S | $(BUILD)/.deps
 FUZZ_CC := clang -std=gnu11 -g -O1 $(INCLUDE) -fsanitize=fuzzer,address,undefined -fno-sanitize-recover=all
 
 $(BUILD)/fuzz/fuzz_image: tests/fuzz_image.c tests/image_support.c tests/image_support_pe.c $(addprefix harness/image/,$(IMAGE_SRC)) | $(BUILD)/.deps-test
+	@mkdir -p $(@D)
+	@echo "  FUZZ   $@"
+	$(Q)$(FUZZ_CC) -o $@ $(filter %.c,$^) $(LIBS)
+
+$(BUILD)/fuzz/fuzz_code: tests/fuzz_code.c $(addprefix harness/image/,$(IMAGE_SRC)) | $(BUILD)/.deps-test
 	@mkdir -p $(@D)
 	@echo "  FUZZ   $@"
 	$(Q)$(FUZZ_CC) -o $@ $(filter %.c,$^) $(LIBS)

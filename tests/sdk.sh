@@ -102,6 +102,24 @@ refused "seventh export" "sin.c:$last: error: Program_06: is visible outside"
 sed 's/^long Program_05/static __attribute__((used)) long other/' "$template" >"$work/m/sin.c"
 refused "missing function" "error: Program_05: missing"
 
+# C++: a global that only code can initialise, on every target, whichever way its format keeps the code.
+start='__attribute__((noinline)) static int start() { int n; __asm__ volatile("" : "=r"(n)); return n; }'
+cpp_last=$(($(wc -l <templates/cpp/shuttle.cpp) + 1))
+sed 's/sin\.c$/sin.cpp/' "$work/m/Makefile" >"$work/m/Makefile.cpp"
+for target in elf64:g++ pe64:x86_64-w64-mingw32-g++ pe32:i686-w64-mingw32-g++ tgmmini:arm-linux-gnueabihf-g++ \
+    tgmcontroller:arm-none-eabi-g++; do
+    command -v "${target#*:}" >/dev/null || continue
+    target=${target%%:*}
+    for variable in 'speed:static volatile int speed = start();' 'shared_speed:extern int shared_speed; int shared_speed = start();' \
+        'gear:namespace { struct Gear { int teeth; Gear() : teeth(start()) {} }; } static volatile Gear gear;'; do
+        { cat templates/cpp/shuttle.cpp; printf '%s %s\n' "$start" "${variable#*:}"; } >"$work/m/sin.cpp"
+        run make -C "$work/m" -f Makefile.cpp TARGET="$target" BUILD="b-$target"
+        expect "$target: a global initialised by code, ${variable%%:*}" 2 \
+            "sin.cpp:$cpp_last: error: ${variable%%:*}: initialised by code that TG Motion never runs"
+        ls "$work/m/b-$target"/sin.tgm* >/dev/null 2>&1 && fail "$target: a module was made" || pass "$target: no module is made"
+    done
+done
+
 # The header alone, in every dialect that an author may use.
 cat >"$work/alone.c" <<'EOF'
 #include <tgm_plc.h>

@@ -22,8 +22,10 @@ $(FIXTURE_DIR)/%.tgm: conformance/fixtures/%.c conformance/fixtures/base.h sdk/i
 UNIT_TESTS := test_text16 test_catalogue test_fixtures
 SDK_TESTS := test_sdk_mem test_sdk_text test_sdk_motion test_sdk_start test_sdk_start5 test_sdk_start8
 IMAGE_TESTS := test_image test_image_real test_image_bad test_image_damage test_image_memory \
-    test_image_pe test_image_pe_bad test_image_arm test_image_flat
-MACHINE_TESTS := test_machine test_machine_call test_machine_load test_machine_seal test_worker
+    test_image_pe test_image_pe_bad test_image_arm test_image_flat \
+    test_stack
+MACHINE_TESTS := test_machine test_machine_call test_machine_load test_machine_seal test_worker \
+    test_machine_stack
 BUS_TESTS := test_segment test_slave test_coe test_drive test_bus test_client \
     test_topology \
     test_controller \
@@ -57,7 +59,7 @@ $(BUILD)/math/libtgm_math.a: sdk/mk/math.sh $(wildcard sdk/src/math/*) third_par
 	$(Q)sdk/mk/math.sh $(@D) gcc -fPIC
 
 MACHINE_MODULE_DIR := $(BUILD)/machine_modules
-MACHINE_MODULES := $(addprefix $(MACHINE_MODULE_DIR)/,faults.so abi.so hostile.so data.so)
+MACHINE_MODULES := $(addprefix $(MACHINE_MODULE_DIR)/,faults.so abi.so hostile.so data.so stack.so)
 
 $(MACHINE_MODULE_DIR)/%.so: tests/machine_modules/%.S | $(BUILD)/.deps
 	@mkdir -p $(@D)
@@ -73,6 +75,8 @@ $(MACHINE_MODULE_DIR)/%.so: tests/machine_modules/%.c | $(BUILD)/.deps
 $(addprefix $(BUILD)/obj/tests/,$(MACHINE_TESTS:=.o)): ALL_CFLAGS += -Itests \
     -DTEST_MACHINE_MODULES_DIR='"$(MACHINE_MODULE_DIR)"'
 $(addprefix $(BUILD)/test/,$(MACHINE_TESTS)): | $(MACHINE_MODULES)
+$(BUILD)/obj/tests/test_machine_stack.o: ALL_CFLAGS += -DTEST_TEMPLATE='"$(BUILD)/template/shuttle.tgm"'
+$(BUILD)/test/test_machine_stack: | template-linked
 
 # Modules for tests of the host: every source of tests/host_modules for each layout.
 HOST_MODULE_DIR := $(BUILD)/host_modules
