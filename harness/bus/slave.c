@@ -28,13 +28,16 @@ static void take_identity(struct sii_info *sii, const struct bus_identity *ident
 int slave_init(struct slave *slave, const struct slave_setup *setup)
 {
     const struct device_type *type = setup->type;
-    struct device_setup device = { .seed = setup->seed,
+    struct device_setup device = { .type = type,
+                                   .seed = setup->seed,
                                    .serial = setup->serial,
                                    .stimuli = setup->stimuli,
-                                   .stimulus_count = setup->stimulus_count };
+                                   .stimulus_count = setup->stimulus_count,
+                                   .alias = setup->alias };
     struct sii_info sii = *type->sii;
 
     take_identity(&sii, setup->identity);
+    device.identity = (struct bus_identity){ sii.vendor, sii.product, sii.revision };
     memset(slave, 0, sizeof *slave);
     slave->type = type;
     slave->device = setup->device;
@@ -66,6 +69,8 @@ void slave_power_on(struct slave *slave, uint64_t now_ns)
     sii_load(slave, true);
     if (slave->type->od)
         od_reset(slave->type->od, slave->device);
+    if (slave->type->power_on)
+        slave->type->power_on(slave->device, now_ns);
 }
 
 static uint64_t earlier(uint64_t a, uint64_t b)
