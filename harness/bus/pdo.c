@@ -14,9 +14,13 @@ static struct pdo_assign *assign_of(const struct od_pdo *pdo, void *device)
 
 static struct pdo_map *map_of(const struct od_pdo *pdo, void *device, uint16_t index)
 {
-    if (index < pdo->map_first || index >= pdo->map_first + pdo->map_count)
-        return NULL;
-    return (struct pdo_map *)((uint8_t *)device + pdo->map_offset) + (index - pdo->map_first);
+    struct pdo_map *maps = (struct pdo_map *)((uint8_t *)device + pdo->map_offset);
+
+    for (unsigned i = 0; i < pdo->map_count; i++) {
+        if (index == (pdo->map_list ? pdo->map_list[i] : pdo->map_first + i))
+            return &maps[i];
+    }
+    return NULL;
 }
 
 static uint32_t check_mapped(const struct od *od, const struct od_pdo *pdo, uint32_t entry,
