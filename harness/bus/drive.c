@@ -8,8 +8,9 @@
 static const double standstill = 0.01; /* rev/s */
 
 static const struct drive_mode *const modes[] = {
-    &drive_cyclic_position,  &drive_cyclic_velocity,  &drive_cyclic_torque,
-    &drive_profile_position, &drive_profile_velocity, &drive_homing,
+    &drive_cyclic_position,       &drive_cyclic_velocity,  &drive_cyclic_torque,
+    &drive_profile_position,      &drive_profile_velocity, &drive_homing,
+    &drive_interpolated_position, &drive_profile_torque,
 };
 
 static const struct drive_mode *find_mode(int number)
@@ -21,19 +22,24 @@ static const struct drive_mode *find_mode(int number)
     return NULL;
 }
 
-bool drive_mode_supported(int number)
+bool drive_mode_supported(const struct drive *drive, int number)
 {
-    return find_mode(number) != NULL;
+    return find_mode(number) && (drive->model->modes & DRIVE_MODE(number));
 }
 
-double drive_revolutions(uint32_t increments)
+double drive_revolutions(const struct drive *drive, uint32_t increments)
 {
-    return (double)increments / AXIS_INCREMENTS;
+    return (double)increments * drive->per_increment;
+}
+
+int64_t drive_increments(const struct drive *drive, double revolutions)
+{
+    return axis_floor(revolutions * drive->increments);
 }
 
 int64_t drive_actual(const struct drive *drive)
 {
-    return axis_increments(drive->axis.position);
+    return drive_increments(drive, drive->axis.position);
 }
 
 int64_t drive_unwrap(const struct drive *drive, int32_t user, int64_t near)
@@ -55,6 +61,47 @@ void drive_demand_actual(struct drive *drive)
     drive->outside_steps = 0;
 }
 
+static double lesser(double a, double b)
+{
+    return a < b ? a : b;
+}
+
+double drive_within(const struct drive *drive, double position)
+{
+    return position > drive->high ? drive->high : position < drive->low ? drive->low : position;
+}
+
+double drive_inward(const struct drive *drive, double velocity)
+{
+    bool outward = (velocity > 0 && drive->axis.position >= drive->high) ||
+                   (velocity < 0 && drive->axis.position <= drive->low);
+
+    return outward ? 0.0 : velocity;
+}
+
+static double limit_at(const struct drive *drive, int32_t user, int32_t off, double never)
+{
+    return user == off ? never : (double)(drive->zero + user) * drive->per_increment;
+}
+
+void drive_limits(struct drive *drive)
+{
+    const struct drive_objects *o = &drive->o;
+
+    drive->low = limit_at(drive, o->software_limit[0], INT32_MIN, -AXIS_NEVER);
+    drive->high = limit_at(drive, o->software_limit[1], INT32_MAX, AXIS_NEVER);
+}
+
+void drive_resolution(struct drive *drive, double increments)
+{
+    drive->increments = increments;
+    drive->per_increment = 1.0 / increments;
+    drive->zero = 0;
+    drive->target = drive_actual(drive);
+    drive_limits(drive);
+    drive->stale = true;
+}
+
 static double towards(double from, double to, double by)
 {
     if (to > from)
@@ -73,7 +120,7 @@ void drive_ramp(struct drive *drive, double velocity, double acceleration)
 static bool outside_window(const struct drive *drive)
 {
     double error = drive->demand - drive->axis.position;
-    double window = drive_revolutions(drive->o.following_window);
+    double window = drive_revolutions(drive, drive->o.following_window);
 
     return drive->positioned && drive->o.following_window != UINT32_MAX &&
            (error > window || error < -window);
@@ -88,7 +135,7 @@ static void watch_following_error(struct drive *drive)
         return;
     }
     if (drive->outside_steps++ >= allowed)
-        drive_fault(drive, DRIVE_ERROR_FOLLOWING);
+        drive_fault(drive, drive->model->error_following);
 }
 
 static double stop_deceleration(const struct drive *drive)
@@ -99,13 +146,34 @@ static double stop_deceleration(const struct drive *drive)
                  (o->options.quick_stop == 1 || o->options.quick_stop == 5)) ||
                 (drive->machine.state == CIA402_FAULT_REACTION && o->options.fault_reaction == 1);
 
-    return drive_revolutions(slow ? o->deceleration : o->quick_deceleration);
+    if (drive->machine.state == CIA402_FAULT_REACTION && drive->reaction > 0.0)
+        return drive->reaction;
+    return drive_revolutions(drive, slow ? o->deceleration : o->quick_deceleration);
 }
 
 static bool stands(const struct drive *drive)
 {
     return drive->demand_velocity == 0.0 && drive->axis.velocity < standstill &&
            drive->axis.velocity > -standstill;
+}
+
+/* Running into a limit switch is a quick stop. Homing looks for the switches itself. */
+static void watch_switches(struct drive *drive)
+{
+    unsigned s = drive->axis.switches;
+    double v = drive->axis.velocity;
+    bool into = ((s & AXIS_SWITCH_POSITIVE) && v > standstill) ||
+                ((s & AXIS_SWITCH_NEGATIVE) && v < -standstill);
+
+    if (!into || drive->o.limit_reaction != DRIVE_LIMIT_QUICK_STOP || drive->machine.leaving ||
+        drive->o.mode_display == DRIVE_HM)
+        return;
+    if (!cia402_quick_stop(&drive->machine, &drive->o.options))
+        return;
+    if (!drive->positioned)
+        drive_demand_actual(drive);
+    drive->limit_stop = true;
+    drive->limit_word = drive->o.controlword;
 }
 
 static void step_once(struct drive *drive)
@@ -124,9 +192,19 @@ static void step_once(struct drive *drive)
             cia402_standstill(&drive->machine, &drive->o.options);
     } else if (mode) {
         mode->step(drive);
+    } else {
+        drive_ramp(drive, 0.0, stop_deceleration(drive));
     }
+    watch_switches(drive);
     if (drive->machine.state != CIA402_FAULT_REACTION)
         watch_following_error(drive);
+}
+
+static bool limiting(const struct drive *drive)
+{
+    return drive->axis.limited ||
+           (drive->axis.switches & (AXIS_SWITCH_NEGATIVE | AXIS_SWITCH_POSITIVE)) ||
+           drive->demand >= drive->high || drive->demand <= drive->low;
 }
 
 static uint16_t statusword(const struct drive *drive)
@@ -141,9 +219,7 @@ static uint16_t statusword(const struct drive *drive)
     if (outside_window(drive) &&
         (drive->o.mode_display == DRIVE_CSP || drive->o.mode_display == DRIVE_PP))
         word |= SW_MODE_13;
-    if (cia402_powered(&drive->machine) &&
-        (drive->axis.limited ||
-         (drive->axis.switches & (AXIS_SWITCH_NEGATIVE | AXIS_SWITCH_POSITIVE))))
+    if (cia402_powered(&drive->machine) && limiting(drive))
         word |= SW_INTERNAL_LIMIT;
     return (uint16_t)word;
 }
@@ -161,24 +237,24 @@ static int32_t rounded(double value)
 void drive_publish(struct drive *drive)
 {
     struct drive_objects *o = &drive->o;
-    int64_t actual = drive_actual(drive), demand = axis_increments(drive->demand);
+    int64_t actual = drive_actual(drive), demand = drive_increments(drive, drive->demand);
 
     if (!drive->stale)
         return;
     drive->stale = false;
     o->position_actual = user_position(drive, actual);
     o->position_demand = user_position(drive, demand);
-    o->velocity_actual = rounded(drive->axis.velocity * AXIS_INCREMENTS);
-    o->velocity_demand = rounded(drive->demand_velocity * AXIS_INCREMENTS);
+    o->velocity_actual = rounded(drive->axis.velocity * drive->increments);
+    o->velocity_demand = rounded(drive->demand_velocity * drive->increments);
     o->torque_actual = (int16_t)rounded(axis_torque(&drive->axis) * 1000.0);
     o->following_error = drive->positioned ? (int32_t)(demand - actual) : 0;
-    o->digital_inputs = drive->axis.switches;
+    o->digital_inputs = drive->axis.switches | drive->user_inputs;
     o->statusword = statusword(drive);
 }
 
 static bool fault_gone(const struct drive *drive)
 {
-    return drive->o.error_code != DRIVE_ERROR_COMMUNICATION || drive->al_state == AL_OP;
+    return drive->o.error_code != drive->model->error_communication || drive->al_state == AL_OP;
 }
 
 static void select_mode(struct drive *drive)
@@ -186,7 +262,8 @@ static void select_mode(struct drive *drive)
     const struct drive_mode *mode = find_mode(drive->o.mode);
 
     /* 0 asks for nothing, numbers of modes we do not have are not followed: 0x6061 tells. */
-    if (!mode || drive->o.mode == drive->o.mode_display)
+    if (!mode || drive->o.mode == drive->o.mode_display ||
+        !(drive->modes & DRIVE_MODE(drive->o.mode)))
         return;
     drive->o.mode_display = drive->o.mode;
     if (drive->machine.state == CIA402_OPERATION_ENABLED)
@@ -199,6 +276,10 @@ void drive_command(struct drive *drive, uint64_t now_ns)
     bool leaving = drive->machine.leaving;
     const struct drive_mode *mode;
 
+    drive->stale = true;
+    if (drive->limit_stop && drive->o.controlword == drive->limit_word)
+        return;
+    drive->limit_stop = false;
     cia402_command(&drive->machine, drive->o.controlword, &drive->o.options, fault_gone(drive));
     if (before == CIA402_FAULT && drive->machine.state != CIA402_FAULT)
         drive->o.error_code = 0;
@@ -214,7 +295,6 @@ void drive_command(struct drive *drive, uint64_t now_ns)
         if (!drive->machine.leaving)
             mode->command(drive, now_ns);
     }
-    drive->stale = true;
 }
 
 void drive_fault(struct drive *drive, uint16_t code)
@@ -222,8 +302,10 @@ void drive_fault(struct drive *drive, uint16_t code)
     if (!cia402_fail(&drive->machine))
         return;
     drive->o.error_code = code;
+    drive->failed_ns = drive->next_ns;
+    drive->stale = true;
     drive_demand_actual(drive);
-    if (drive->o.options.fault_reaction == 0)
+    if (drive->o.options.fault_reaction == 0 && drive->reaction <= 0.0)
         cia402_standstill(&drive->machine, &drive->o.options);
 }
 
@@ -234,28 +316,77 @@ void drive_al_state(struct drive *drive, unsigned state)
     drive->al_state = state;
     if (lost && (drive->machine.state == CIA402_OPERATION_ENABLED ||
                  drive->machine.state == CIA402_QUICK_STOP_ACTIVE))
-        drive_fault(drive, DRIVE_ERROR_COMMUNICATION);
+        drive_fault(drive, drive->model->error_communication);
     drive->arrived_ns = drive->interval_ns = 0;
     drive->stale = true;
+}
+
+static void take_limits(struct drive *drive)
+{
+    const struct drive_objects *o = &drive->o;
+    const struct axis_model *model = drive->model->axis;
+    uint16_t high = o->torque_high < o->max_torque ? o->torque_high : o->max_torque;
+    uint16_t low = o->torque_low < o->max_torque ? o->torque_low : o->max_torque;
+
+    drive->axis.torque_high = lesser(high / 1000.0, axis_peak(model));
+    drive->axis.torque_low = lesser(low / 1000.0, axis_peak(model));
+    drive->axis.speed_limit = lesser(o->max_motor_speed / 60.0, model->max_speed);
 }
 
 void drive_step(struct drive *drive, uint64_t now_ns)
 {
     if (now_ns < drive->next_ns)
         return;
-    drive->axis.torque_limit = drive->o.max_torque / 1000.0;
+    take_limits(drive);
     drive->stale = true;
     for (; drive->next_ns <= now_ns; drive->next_ns += AXIS_STEP_NS)
         step_once(drive);
 }
 
-void drive_init(struct drive *drive, uint64_t seed)
+/* What the axis says about itself among the objects. */
+static void describe(struct drive *drive)
 {
-    axis_init(&drive->axis, seed);
+    const struct axis_model *model = drive->model->axis;
+    struct drive_objects *o = &drive->o;
+
+    o->encoder[0] = model->resolution;
+    o->encoder[1] = 1;
+    o->rated_torque = (uint32_t)model->rated_torque;
+    o->max_torque = (uint16_t)(axis_peak(model) * 1000.0);
+    o->torque_high = o->torque_low = o->max_torque;
+    o->max_motor_speed = (uint32_t)(model->max_speed * 60.0);
+    o->limit_reaction =
+        drive->model->stops_at_switches ? DRIVE_LIMIT_QUICK_STOP : DRIVE_LIMIT_SHOWN;
+}
+
+static void start(struct drive *drive)
+{
+    describe(drive);
     cia402_init(&drive->machine);
     drive->al_state = AL_INIT;
-    drive->next_ns = AXIS_STEP_NS;
+    drive->modes = drive->model->modes;
     drive->o.mode_display = drive->o.mode;
+    drive_resolution(drive, drive->model->axis->resolution);
     drive_demand_actual(drive);
-    drive->stale = true;
+}
+
+void drive_init(struct drive *drive, const struct drive_model *model, uint64_t seed)
+{
+    drive->model = model;
+    drive->next_ns = AXIS_STEP_NS;
+    axis_init(&drive->axis, model->axis, seed);
+    start(drive);
+}
+
+void drive_power_on(struct drive *drive, uint64_t now_ns)
+{
+    struct drive old = *drive;
+
+    *drive = (struct drive){ .o = old.o,
+                             .model = old.model,
+                             .axis = old.axis,
+                             .next_ns = old.next_ns,
+                             .user_inputs = old.user_inputs };
+    start(drive);
+    drive_step(drive, now_ns);
 }
