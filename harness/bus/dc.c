@@ -24,7 +24,7 @@ void dc_init(struct slave *slave, uint64_t seed)
 int64_t dc_local_time(const struct slave *slave)
 {
     const struct dc *dc = &slave->dc;
-    int64_t passed = (int64_t)(slave->now_ns - dc->anchor_ns);
+    int64_t passed = (int64_t)(slave->frame_ns - dc->anchor_ns);
 
     return dc->anchor_local + passed + passed * (dc->drift_ppb + dc->trim_ppb) / 1000000000;
 }
@@ -67,7 +67,7 @@ static void set_trim(struct slave *slave, int64_t trim)
     struct dc *dc = &slave->dc;
 
     dc->anchor_local = dc_local_time(slave);
-    dc->anchor_ns = slave->now_ns;
+    dc->anchor_ns = slave->frame_ns;
     dc->trim_ppb = trim;
 }
 
@@ -82,11 +82,11 @@ static void compare(struct slave *slave, uint32_t received)
     struct dc *dc = &slave->dc;
     uint32_t delay = get_u32(slave->memory + REG_DC_DELAY);
     int32_t difference = (int32_t)((uint32_t)system_time(slave) - delay - received);
-    uint64_t passed = slave->now_ns - dc->compared_ns;
+    uint64_t passed = slave->frame_ns - dc->compared_ns;
     int64_t pull;
 
     dc->mean += (difference - dc->mean) / (1 << (slave->memory[REG_DC_FILTER] & 0x0f));
-    dc->compared_ns = slave->now_ns;
+    dc->compared_ns = slave->frame_ns;
     if (!passed)
         return;
     if (difference > LOCK_IN_NS || difference < -LOCK_IN_NS) {

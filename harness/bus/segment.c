@@ -196,7 +196,7 @@ static bool pass_all(struct segment *segment, uint8_t *frame, uint8_t *at, const
         struct slave *s = &segment->slaves[i];
         bool forwarding = s->memory[REG_DL_CONTROL] & DL_CONTROL_FORWARDING;
 
-        slave_advance(s, now_ns + s->delay_ns);
+        slave_meet(s, now_ns + s->delay_ns);
         if (!at) {
             /* Not for processing units: a slave told so destroys it, others let it through. */
             if (forwarding)

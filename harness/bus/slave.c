@@ -61,7 +61,8 @@ int slave_init(struct slave *slave, const struct slave_setup *setup)
 void slave_power_on(struct slave *slave, uint64_t now_ns)
 {
     al_fall(slave, AL_INIT, AL_CODE_NONE);
-    slave->now_ns = now_ns;
+    slave->now_ns = slave->frame_ns = now_ns;
+    slave_changed(slave);
     registers_reset(slave);
     sii_load(slave, true);
     if (slave->type->od)
@@ -118,8 +119,11 @@ static void publish_inputs(struct slave *slave)
 
 void slave_advance(struct slave *slave, uint64_t now_ns)
 {
+    slave->behind = false;
     if (now_ns < slave->now_ns)
         return;
+    if (now_ns > slave->frame_ns)
+        slave->frame_ns = now_ns;
     while (slave->due_ns <= now_ns) {
         pass(slave, earlier(slave->due_ns > slave->now_ns ? slave->due_ns : slave->now_ns, now_ns));
         run_due(slave);
@@ -158,6 +162,7 @@ bool slave_read(struct slave *slave, uint16_t address, uint8_t *data, size_t len
     uint32_t at = address, end = (uint32_t)(address + length);
     bool any = false;
 
+    slave_catch_up(slave);
     while (at < end && at < SLAVE_MEMORY) {
         size_t n = (end < SLAVE_MEMORY ? end : SLAVE_MEMORY) - at;
         uint8_t *to = data + (at - address);
@@ -187,6 +192,7 @@ bool slave_write(struct slave *slave, uint16_t address, const uint8_t *data, siz
     uint32_t at = address, end = (uint32_t)(address + length);
     bool any = false;
 
+    slave_catch_up(slave);
     while (at < end && at < SLAVE_MEMORY) {
         size_t n = (end < SLAVE_MEMORY ? end : SLAVE_MEMORY) - at;
         const uint8_t *from = data + (at - address);
