@@ -62,11 +62,11 @@ bool dc_latch_ports(struct slave *slave, uint16_t address, const uint8_t *data, 
     return true;
 }
 
-static void set_trim(struct slave *slave, int64_t trim)
+static void set_trim(struct slave *slave, int64_t local, int64_t trim)
 {
     struct dc *dc = &slave->dc;
 
-    dc->anchor_local = dc_local_time(slave);
+    dc->anchor_local = local;
     dc->anchor_ns = slave->frame_ns;
     dc->trim_ppb = trim;
 }
@@ -76,26 +76,41 @@ static int64_t clamp(int64_t value, int64_t limit)
     return value > limit ? limit : value < -limit ? -limit : value;
 }
 
+/* Towards zero, as a division by a power of two. */
+static int64_t shifted(int64_t value, unsigned by)
+{
+    return (value + ((value >> 63) & ((1 << by) - 1))) >> by;
+}
+
 /* Drift compensation: the received time is the reference clock's when the frame passed it. */
-static void compare(struct slave *slave, uint32_t received)
+static void compare(struct slave *slave, int64_t local, uint32_t received)
 {
     struct dc *dc = &slave->dc;
     uint32_t delay = get_u32(slave->memory + REG_DC_DELAY);
-    int32_t difference = (int32_t)((uint32_t)system_time(slave) - delay - received);
+    uint32_t system = (uint32_t)local + get_u32(slave->memory + REG_DC_OFFSET);
+    int32_t difference = (int32_t)(system - delay - received);
     uint64_t passed = slave->frame_ns - dc->compared_ns;
     int64_t pull;
 
-    dc->mean += (difference - dc->mean) / (1 << (slave->memory[REG_DC_FILTER] & 0x0f));
+    dc->mean += shifted(difference - dc->mean, slave->memory[REG_DC_FILTER] & 0x0f);
     dc->compared_ns = slave->frame_ns;
     if (!passed)
         return;
     if (difference > LOCK_IN_NS || difference < -LOCK_IN_NS) {
-        set_trim(slave, difference > 0 ? -TRIM_PPB : TRIM_PPB);
+        set_trim(slave, local, difference > 0 ? -TRIM_PPB : TRIM_PPB);
         return;
     }
     pull = -(int64_t)difference * 1000000000 / (int64_t)(passed * SETTLE);
     dc->integral_ppb = clamp(dc->integral_ppb + pull / SETTLE, TRIM_PPB);
-    set_trim(slave, clamp(dc->integral_ppb + pull, TRIM_PPB));
+    set_trim(slave, local, clamp(dc->integral_ppb + pull, TRIM_PPB));
+}
+
+bool dc_follow(struct slave *slave, uint32_t received)
+{
+    if (!(slave->memory[REG_FEATURES] & FEATURE_DC))
+        return false;
+    compare(slave, dc_local_time(slave), received);
+    return true;
 }
 
 bool dc_write_time(struct slave *slave, uint16_t address, const uint8_t *data, size_t length)
@@ -107,7 +122,7 @@ bool dc_write_time(struct slave *slave, uint16_t address, const uint8_t *data, s
         return true;
     put_u64(now, (uint64_t)system_time(slave));
     memcpy(now + offset, data, length);
-    compare(slave, get_u32(now));
+    compare(slave, dc_local_time(slave), get_u32(now));
     return true;
 }
 
@@ -116,6 +131,6 @@ bool dc_write_speed(struct slave *slave, uint16_t address, const uint8_t *data, 
     memcpy(slave->memory + address, data, length);
     slave->dc.mean = 0;
     slave->dc.integral_ppb = 0;
-    set_trim(slave, 0);
+    set_trim(slave, dc_local_time(slave), 0);
     return true;
 }
