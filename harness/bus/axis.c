@@ -24,7 +24,7 @@ void axis_init(struct axis *axis, uint64_t seed)
     axis->torque_limit = AXIS_PEAK_TORQUE;
 }
 
-static void read_switches(struct axis *axis)
+static inline void read_switches(struct axis *axis)
 {
     unsigned s = 0;
 
@@ -37,7 +37,7 @@ static void read_switches(struct axis *axis)
     axis->switches = (uint8_t)s;
 }
 
-static void move(struct axis *axis, double motor, double damping, double friction)
+static inline void move(struct axis *axis, double motor, double damping, double friction)
 {
     double free = axis->velocity + (motor - damping * axis->velocity) * AXIS_STEP_S;
     double drag = friction * AXIS_STEP_S;
@@ -55,7 +55,7 @@ static void move(struct axis *axis, double motor, double damping, double frictio
     read_switches(axis);
 }
 
-static void drive(struct axis *axis, double demand)
+static inline void drive(struct axis *axis, double demand)
 {
     double motor = clamp(demand, axis->torque_limit * AXIS_RATED_ACCELERATION);
 
@@ -64,7 +64,7 @@ static void drive(struct axis *axis, double demand)
     move(axis, motor, viscous, coulomb);
 }
 
-static void turn(struct axis *axis, double velocity)
+static inline void turn(struct axis *axis, double velocity)
 {
     double reachable = clamp(velocity, AXIS_MAX_SPEED);
 
@@ -72,9 +72,44 @@ static void turn(struct axis *axis, double velocity)
     drive(axis, velocity_gain * (reachable - axis->velocity));
 }
 
-void axis_follow(struct axis *axis, double position, double velocity)
+static inline void follow(struct axis *axis, double position, double velocity)
 {
     turn(axis, position_gain * (position - axis->position) + feed_forward * velocity);
+}
+
+void axis_follow(struct axis *axis, double position, double velocity)
+{
+    follow(axis, position, velocity);
+}
+
+static void line_step(struct axis_line *line)
+{
+    if (line->steps_left > 1) {
+        line->demand += line->velocity * AXIS_STEP_S;
+        line->steps_left--;
+    } else if (line->steps_left == 1) {
+        /* The end of the line exactly, whatever the steps have rounded. */
+        line->demand = line->end;
+        line->steps_left--;
+    } else {
+        line->velocity = 0.0;
+    }
+}
+
+uint32_t axis_follow_line(struct axis *axis, struct axis_line *line, double window, uint32_t steps)
+{
+    struct axis moving = *axis; /* in registers */
+    uint32_t done = 0;
+    double error;
+
+    do {
+        line_step(line);
+        follow(&moving, line->demand, line->velocity);
+        error = line->demand - moving.position;
+        done++;
+    } while (done < steps && error <= window && error >= -window);
+    *axis = moving;
+    return done;
 }
 
 void axis_turn(struct axis *axis, double velocity)

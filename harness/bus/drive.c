@@ -2,23 +2,23 @@
 #include "bus/drive.h"
 #include "bus/registers.h"
 
+#include <math.h>
 #include <stddef.h>
 
 /* Slower than this is standing still. */
 static const double standstill = 0.01; /* rev/s */
 
+enum { MOST_STEPS = 1000 }; /* at once */
+
 static const struct drive_mode *const modes[] = {
-    &drive_cyclic_position,  &drive_cyclic_velocity,  &drive_cyclic_torque,
-    &drive_profile_position, &drive_profile_velocity, &drive_homing,
+    [DRIVE_PP] = &drive_profile_position, [DRIVE_PV] = &drive_profile_velocity,
+    [DRIVE_HM] = &drive_homing,           [DRIVE_CSP] = &drive_cyclic_position,
+    [DRIVE_CSV] = &drive_cyclic_velocity, [DRIVE_CST] = &drive_cyclic_torque,
 };
 
 static const struct drive_mode *find_mode(int number)
 {
-    for (size_t i = 0; i < sizeof modes / sizeof *modes; i++) {
-        if (modes[i]->number == number)
-            return modes[i];
-    }
-    return NULL;
+    return number >= 0 && (size_t)number < sizeof modes / sizeof *modes ? modes[number] : NULL;
 }
 
 bool drive_mode_supported(int number)
@@ -70,13 +70,18 @@ void drive_ramp(struct drive *drive, double velocity, double acceleration)
     axis_follow(&drive->axis, drive->demand, drive->demand_velocity);
 }
 
+double drive_window(const struct drive *drive)
+{
+    return drive->o.following_window == UINT32_MAX ? INFINITY
+                                                   : drive_revolutions(drive->o.following_window);
+}
+
 static bool outside_window(const struct drive *drive)
 {
     double error = drive->demand - drive->axis.position;
-    double window = drive_revolutions(drive->o.following_window);
+    double window = drive_window(drive);
 
-    return drive->positioned && drive->o.following_window != UINT32_MAX &&
-           (error > window || error < -window);
+    return drive->positioned && (error > window || error < -window);
 }
 
 static void watch_following_error(struct drive *drive)
@@ -186,7 +191,7 @@ static void select_mode(struct drive *drive)
     const struct drive_mode *mode = find_mode(drive->o.mode);
 
     /* 0 asks for nothing, numbers of modes we do not have are not followed: 0x6061 tells. */
-    if (!mode || drive->o.mode == drive->o.mode_display)
+    if (drive->o.mode == drive->o.mode_display || !mode)
         return;
     drive->o.mode_display = drive->o.mode;
     if (drive->machine.state == CIA402_OPERATION_ENABLED)
@@ -239,14 +244,36 @@ void drive_al_state(struct drive *drive, unsigned state)
     drive->stale = true;
 }
 
+/* As many sub-steps at once as the mode can do; their following errors but the last's are inside
+ * the window. */
+static uint32_t run(struct drive *drive, uint32_t steps)
+{
+    const struct drive_mode *mode = find_mode(drive->o.mode_display);
+
+    if (!mode || !mode->run || drive->machine.state != CIA402_OPERATION_ENABLED ||
+        drive->machine.leaving || drive->outside_steps) {
+        step_once(drive);
+        return 1;
+    }
+    steps = mode->run(drive, steps);
+    watch_following_error(drive);
+    return steps;
+}
+
 void drive_step(struct drive *drive, uint64_t now_ns)
 {
+    uint32_t steps;
+
     if (now_ns < drive->next_ns)
         return;
     drive->axis.torque_limit = drive->o.max_torque / 1000.0;
     drive->stale = true;
-    for (; drive->next_ns <= now_ns; drive->next_ns += AXIS_STEP_NS)
-        step_once(drive);
+    while (drive->next_ns <= now_ns) {
+        uint64_t due = (now_ns - drive->next_ns) / AXIS_STEP_NS + 1;
+
+        steps = run(drive, due > MOST_STEPS ? MOST_STEPS : (uint32_t)due);
+        drive->next_ns += (uint64_t)steps * AXIS_STEP_NS;
+    }
 }
 
 void drive_init(struct drive *drive, uint64_t seed)

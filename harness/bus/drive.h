@@ -107,13 +107,16 @@ void drive_step(struct drive *drive, uint64_t now_ns);
 void drive_publish(struct drive *drive);
 
 /* An operation mode. `start`: operation is enabled or the mode becomes active, the axis may be
- * moving. `command`: new objects. `step`: one sub-step. `status`: its statusword bits. */
+ * moving. `command`: new objects. `step`: one sub-step. `status`: its statusword bits. `run` (may
+ * be NULL): 1 to `steps` sub-steps, as `step`, and stops behind the first that leaves the window of
+ * the following error; returns how many. */
 struct drive_mode {
     int8_t number;
     void (*start)(struct drive *);
     void (*command)(struct drive *, uint64_t now_ns);
     void (*step)(struct drive *);
     uint16_t (*status)(const struct drive *);
+    uint32_t (*run)(struct drive *, uint32_t steps);
 };
 
 /* drive_profile.c, drive_homing.c, drive_cyclic.c; ends with number 0. */
@@ -123,6 +126,7 @@ extern const struct drive_mode drive_cyclic_position, drive_cyclic_velocity, dri
 /* Shared by the modes. */
 double drive_revolutions(uint32_t increments);
 int64_t drive_actual(const struct drive *drive); /* encoder increments */
+double drive_window(const struct drive *drive);  /* of the following error, rev */
 /* Increments of the master (32 bits, wrapping) as encoder increments close to `near`. */
 int64_t drive_unwrap(const struct drive *drive, int32_t user, int64_t near);
 /* The demand starts from where the axis is and moves. */
