@@ -11,9 +11,12 @@ static const double viscous = 0.6;        /* 1/s */
 static const double coulomb = 0.3;        /* rev/s^2 */
 static const double winding_brake = 20.0; /* 1/s */
 
+/* Two selections that compile to one instruction each. */
 static double clamp(double value, double limit)
 {
-    return value > limit ? limit : value < -limit ? -limit : value;
+    double below = limit < value ? limit : value;
+
+    return -limit > below ? -limit : below;
 }
 
 void axis_init(struct axis *axis, uint64_t seed)
@@ -26,15 +29,9 @@ void axis_init(struct axis *axis, uint64_t seed)
 
 static inline void read_switches(struct axis *axis)
 {
-    unsigned s = 0;
-
-    if (axis->position <= AXIS_LIMIT_NEGATIVE)
-        s |= AXIS_SWITCH_NEGATIVE;
-    if (axis->position >= AXIS_LIMIT_POSITIVE)
-        s |= AXIS_SWITCH_POSITIVE;
-    if (axis->position <= AXIS_HOME)
-        s |= AXIS_SWITCH_HOME;
-    axis->switches = (uint8_t)s;
+    axis->switches = (uint8_t)((axis->position <= AXIS_LIMIT_NEGATIVE) * AXIS_SWITCH_NEGATIVE |
+                               (axis->position >= AXIS_LIMIT_POSITIVE) * AXIS_SWITCH_POSITIVE |
+                               (axis->position <= AXIS_HOME) * AXIS_SWITCH_HOME);
 }
 
 static inline void move(struct axis *axis, double motor, double damping, double friction)
@@ -43,7 +40,7 @@ static inline void move(struct axis *axis, double motor, double damping, double 
     double drag = friction * AXIS_STEP_S;
 
     /* Dry friction can stop the axis within a step but never turn it round. */
-    axis->velocity = free > drag ? free - drag : free < -drag ? free + drag : 0.0;
+    axis->velocity = free - clamp(free, drag);
     axis->position += axis->velocity * AXIS_STEP_S;
     if (axis->position < AXIS_STOP_NEGATIVE) {
         axis->position = AXIS_STOP_NEGATIVE;
@@ -52,7 +49,6 @@ static inline void move(struct axis *axis, double motor, double damping, double 
         axis->position = AXIS_STOP_POSITIVE;
         axis->velocity = 0.0;
     }
-    read_switches(axis);
 }
 
 static inline void drive(struct axis *axis, double demand)
@@ -80,47 +76,48 @@ static inline void follow(struct axis *axis, double position, double velocity)
 void axis_follow(struct axis *axis, double position, double velocity)
 {
     follow(axis, position, velocity);
-}
-
-static void line_step(struct axis_line *line)
-{
-    if (line->steps_left > 1) {
-        line->demand += line->velocity * AXIS_STEP_S;
-        line->steps_left--;
-    } else if (line->steps_left == 1) {
-        /* The end of the line exactly, whatever the steps have rounded. */
-        line->demand = line->end;
-        line->steps_left--;
-    } else {
-        line->velocity = 0.0;
-    }
+    read_switches(axis);
 }
 
 uint32_t axis_follow_line(struct axis *axis, struct axis_line *line, double window, uint32_t steps)
 {
-    struct axis moving = *axis; /* in registers */
+    struct axis_line l = *line; /* in registers, like the axis */
+    struct axis a = *axis;
     uint32_t done = 0;
     double error;
 
     do {
-        line_step(line);
-        follow(&moving, line->demand, line->velocity);
-        error = line->demand - moving.position;
+        if (l.steps_left > 1) {
+            l.demand += l.velocity * AXIS_STEP_S;
+            l.steps_left--;
+        } else if (l.steps_left == 1) {
+            /* The end of the line exactly, whatever the steps have rounded. */
+            l.demand = l.end;
+            l.steps_left--;
+        } else {
+            l.velocity = 0.0;
+        }
+        follow(&a, l.demand, l.velocity);
+        error = l.demand - a.position;
         done++;
     } while (done < steps && error <= window && error >= -window);
-    *axis = moving;
+    read_switches(&a);
+    *axis = a;
+    *line = l;
     return done;
 }
 
 void axis_turn(struct axis *axis, double velocity)
 {
     turn(axis, velocity);
+    read_switches(axis);
 }
 
 void axis_push(struct axis *axis, double torque)
 {
     axis->limited = false;
     drive(axis, torque * AXIS_RATED_ACCELERATION);
+    read_switches(axis);
 }
 
 void axis_coast(struct axis *axis)
@@ -128,6 +125,7 @@ void axis_coast(struct axis *axis)
     axis->limited = false;
     axis->acceleration = 0.0;
     move(axis, 0.0, winding_brake, coulomb);
+    read_switches(axis);
 }
 
 double axis_torque(const struct axis *axis)

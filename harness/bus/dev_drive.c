@@ -4,6 +4,8 @@
 #include "bus/drive.h"
 #include "bus/identity.h"
 
+#include <stddef.h>
+
 static void init(void *device, const struct device_setup *setup)
 {
     struct drive_device *drive = device;
@@ -34,11 +36,29 @@ void drive_refresh(void *device)
     drive->error_register = error_register(drive->axis.o.error_code);
 }
 
+/* Some master's mapping wants more than the default one has. */
+static bool maps_rest(const struct drive_device *drive)
+{
+    static const size_t rest[] = { offsetof(struct drive_device, axis.o.position_demand),
+                                   offsetof(struct drive_device, axis.o.velocity_demand),
+                                   offsetof(struct drive_device, axis.o.torque_actual) };
+    const struct pdo_image *image = &drive->image[PDO_TX];
+
+    for (unsigned i = 0; i < image->count; i++) {
+        for (size_t k = 0; k < sizeof rest / sizeof *rest; k++) {
+            if (image->copy[i].object == rest[k])
+                return true;
+        }
+    }
+    return false;
+}
+
 static void state(void *device, unsigned al_state, uint64_t now_ns)
 {
     struct drive_device *drive = device;
 
     (void)now_ns;
+    drive->maps_rest = maps_rest(drive);
     drive_al_state(&drive->axis, al_state);
 }
 
@@ -60,8 +80,14 @@ static void outputs(void *device, const uint8_t *data, size_t length, uint64_t n
 
 static void inputs(void *device, uint8_t *data, size_t length)
 {
+    struct drive_device *drive = device;
+
     (void)length;
-    drive_refresh(device);
+    if (drive->maps_rest)
+        drive_publish(&drive->axis);
+    else
+        drive_publish_cyclic(&drive->axis);
+    drive->error_register = error_register(drive->axis.o.error_code);
     pdo_objects_to_inputs(&drive_od, device, data);
 }
 

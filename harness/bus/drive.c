@@ -156,29 +156,40 @@ static uint16_t statusword(const struct drive *drive)
 /* Velocities beyond the object's 32 bits show as its limit. */
 static int32_t rounded(double value)
 {
-    if (value >= INT32_MAX)
-        return INT32_MAX;
-    if (value <= INT32_MIN)
-        return INT32_MIN;
-    return (int32_t)(value < 0 ? value - 0.5 : value + 0.5);
+    double limited = value < INT32_MAX ? value : INT32_MAX;
+
+    limited = limited > INT32_MIN ? limited : INT32_MIN;
+    return (int32_t)(limited + copysign(0.5, limited));
+}
+
+void drive_publish_cyclic(struct drive *drive)
+{
+    struct drive_objects *o = &drive->o;
+    int64_t actual;
+
+    if (!drive->stale)
+        return;
+    drive->stale = false;
+    drive->rest_stale = true;
+    actual = drive_actual(drive);
+    o->position_actual = user_position(drive, actual);
+    o->velocity_actual = rounded(drive->axis.velocity * AXIS_INCREMENTS);
+    o->following_error = drive->positioned ? (int32_t)(axis_increments(drive->demand) - actual) : 0;
+    o->digital_inputs = drive->axis.switches;
+    o->statusword = statusword(drive);
 }
 
 void drive_publish(struct drive *drive)
 {
     struct drive_objects *o = &drive->o;
-    int64_t actual = drive_actual(drive), demand = axis_increments(drive->demand);
 
-    if (!drive->stale)
+    drive_publish_cyclic(drive);
+    if (!drive->rest_stale)
         return;
-    drive->stale = false;
-    o->position_actual = user_position(drive, actual);
-    o->position_demand = user_position(drive, demand);
-    o->velocity_actual = rounded(drive->axis.velocity * AXIS_INCREMENTS);
+    drive->rest_stale = false;
+    o->position_demand = user_position(drive, axis_increments(drive->demand));
     o->velocity_demand = rounded(drive->demand_velocity * AXIS_INCREMENTS);
     o->torque_actual = (int16_t)rounded(axis_torque(&drive->axis) * 1000.0);
-    o->following_error = drive->positioned ? (int32_t)(demand - actual) : 0;
-    o->digital_inputs = drive->axis.switches;
-    o->statusword = statusword(drive);
 }
 
 static bool fault_gone(const struct drive *drive)

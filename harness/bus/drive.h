@@ -77,6 +77,7 @@ struct drive {
     unsigned al_state;
     uint64_t next_ns; /* of the next sub-step */
     bool stale;       /* the actual values among the objects are older than the axis */
+    bool rest_stale;  /* those outside the default mapping are */
 
     double demand, demand_velocity; /* rev, rev/s: what the position loop follows */
     int64_t zero;                   /* encoder increments where the master's zero is */
@@ -105,6 +106,8 @@ void drive_command(struct drive *drive, uint64_t now_ns);
 void drive_step(struct drive *drive, uint64_t now_ns);
 /* Brings the actual values among the objects up to date; to be called before they are read. */
 void drive_publish(struct drive *drive);
+/* Only those of the default mapping: 6041 6064 606C 60F4 60FD; they do for most cycles. */
+void drive_publish_cyclic(struct drive *drive);
 
 /* An operation mode. `start`: operation is enabled or the mode becomes active, the axis may be
  * moving. `command`: new objects. `step`: one sub-step. `status`: its statusword bits. `run` (may
@@ -158,6 +161,7 @@ enum {
 struct drive_device {
     struct drive axis;
     uint8_t error_register; /* 1001 */
+    bool maps_rest;         /* the input mapping has more than drive_publish_cyclic() */
     uint32_t serial;        /* 1018:4 */
     struct pdo_assign assign[2];
     struct pdo_map rx[DRIVE_RX_MAPS], tx[DRIVE_TX_MAPS];
