@@ -7,8 +7,8 @@
 #include <string.h>
 
 enum {
-    PLAN_WRITE = 1,     /* one whole sync manager takes its data */
-    PLAN_READ = 2,      /* one whole sync manager gives its data */
+    PLAN_WRITE = 1,     /* the outputs, three buffers, take their data */
+    PLAN_READ = 2,      /* the inputs, three buffers, give their data */
     PLAN_MAPPED = 4,    /* anything else the FMMUs do */
     PLAN_FOLLOW = 8,    /* a clock that follows */
     PLAN_REFERENCE = 16 /* the clock that is followed */
@@ -56,7 +56,7 @@ static struct syncman *whole(struct slave *slave, const struct fmmu *fmmu,
     struct syncman *sm = syncman_at(slave, fmmu->physical, length, &span);
 
     if (!sm || !fmmu->bytewise || sm->start != fmmu->physical || sm->length != length ||
-        span != length || !sm->usable || sm->mailbox || fmmu->first < shape->address ||
+        span != length || !sm->usable || !sm->buffered || fmmu->first < shape->address ||
         fmmu->last >= (uint64_t)shape->address + shape->length)
         return NULL;
     return sm;
@@ -74,21 +74,22 @@ static unsigned action(struct slave *slave, const struct fmmu *fmmu, const struc
         fmmu->first >= (uint64_t)shape->address + shape->length)
         return 0;
     sm = whole(slave, fmmu, shape);
-    if (!sm || (reads && writes))
+    if (!sm || (reads && writes) || sm->master_writes != writes ||
+        sm - slave->sm != (writes ? slave->output_sm : slave->input_sm))
         return PLAN_MAPPED;
-    if (reads) {
-        stop->read_sm = (uint8_t)(sm - slave->sm);
-        stop->read_at = (uint16_t)(fmmu->first - shape->address);
-        return sm->buffered && sm->master_writes ? PLAN_MAPPED : PLAN_READ;
-    }
-    stop->write_sm = (uint8_t)(sm - slave->sm);
-    stop->write_at = (uint16_t)(fmmu->first - shape->address);
-    return sm->master_writes ? PLAN_WRITE : PLAN_MAPPED;
+    *(writes ? &stop->write : &stop->read) = (struct plan_move){
+        .sm = sm,
+        .status = slave->memory + REG_SM + (size_t)(sm - slave->sm) * SM_SIZE + SM_STATUS,
+        .area = slave->memory + sm->start,
+        .length = sm->length,
+        .at = (uint16_t)(fmmu->first - shape->address),
+    };
+    return writes ? PLAN_WRITE : PLAN_READ;
 }
 
 static struct plan_stop stop_at(struct slave *slave, const struct plan_shape *shape)
 {
-    struct plan_stop stop = { 0 };
+    struct plan_stop stop = { .slave = slave };
     unsigned all = 0;
 
     for (unsigned i = 0; i < slave->fmmu_end; i++) {
@@ -96,9 +97,8 @@ static struct plan_stop stop_at(struct slave *slave, const struct plan_shape *sh
 
         all |= all & one ? PLAN_MAPPED : one;
     }
-    if ((all & PLAN_MAPPED) || slave->fmmu_crossed ||
-        (all == (PLAN_READ | PLAN_WRITE) && stop.read_sm == stop.write_sm))
-        all = all ? PLAN_MAPPED : 0;
+    if (all && ((all & PLAN_MAPPED) || slave->fmmu_crossed))
+        all = PLAN_MAPPED;
     if (shape->clock && (slave->memory[REG_FEATURES] & FEATURE_DC))
         all |= slave_is_addressed(slave, shape->station) ? PLAN_REFERENCE : PLAN_FOLLOW;
     stop.actions = (uint8_t)all;
@@ -143,7 +143,6 @@ static const struct plan *make(struct segment *segment, const struct plan_shape 
 
         if (!stop.actions)
             continue;
-        stop.slave = (uint16_t)i;
         plans->stop[plans->stops++] = stop;
         plan->count++;
     }
@@ -172,24 +171,91 @@ static const struct plan *find(struct plans *plans, const struct plan_shape *sha
     return NULL;
 }
 
+/* Process data are some ten bytes: two moves that may overlap. */
+static inline void copy(uint8_t *to, const uint8_t *from, size_t length)
+{
+    uint64_t head[2], tail[2];
+
+    if (length >= 16 && length <= 32) {
+        memcpy(head, from, 16);
+        memcpy(tail, from + length - 16, 16);
+        memcpy(to, head, 16);
+        memcpy(to + length - 16, tail, 16);
+    } else if (length >= 8 && length < 16) {
+        memcpy(head, from, 8);
+        memcpy(tail, from + length - 8, 8);
+        memcpy(to, head, 8);
+        memcpy(to + length - 8, tail, 8);
+    } else {
+        memcpy(to, from, length);
+    }
+}
+
+static inline void show(const struct plan_move *move, unsigned set, unsigned clear)
+{
+    const unsigned gone = SM_STATUS_FULL | SM_STATUS_BUFFER;
+
+    *move->status = (uint8_t)((*move->status & ~(gone | clear)) | set | move->sm->latest << 4);
+}
+
+/* The device fills a buffer, and the master takes it at once. */
+static inline void fetch(struct slave *slave, const struct plan_move *move, uint8_t *data)
+{
+    struct syncman *sm = move->sm;
+    uint8_t buffer = syncman_free_buffer(sm, sm->open ? sm->master_at : SYNCMAN_NO_BUFFER);
+    uint8_t *from = move->area + (size_t)buffer * move->length;
+
+    slave->type->inputs(slave->device, from, move->length);
+    sm->latest = sm->device_at = sm->master_at = buffer;
+    sm->open = false;
+    copy(data, from, move->length);
+    show(move, SM_STATUS_READ, SM_STATUS_WRITTEN);
+}
+
+static inline bool read_inputs(struct slave *slave, const struct plan_move *move, uint8_t *data)
+{
+    bool live = slave->state >= AL_SAFEOP || slave->type->al_emulation;
+
+    if (!slave->behind || !live || slave->due_ns <= slave->frame_ns) {
+        slave_catch_up(slave);
+        return syncman_read_whole(slave, (unsigned)slave->input_sm, data + move->at);
+    }
+    slave->behind = false;
+    slave_pass(slave, slave->frame_ns);
+    fetch(slave, move, data + move->at);
+    return true;
+}
+
+static inline void write_outputs(struct slave *slave, const struct plan_move *move,
+                                 const uint8_t *data)
+{
+    struct syncman *sm = move->sm;
+
+    slave_catch_up(slave);
+    copy(move->area + (size_t)sm->master_at * move->length, data + move->at, move->length);
+    sm->open = false;
+    sm->latest = sm->master_at;
+    sm->master_at = syncman_free_buffer(sm, sm->device_at);
+    show(move, SM_STATUS_WRITTEN, SM_STATUS_READ);
+    if (sm->watchdog)
+        watchdog_trigger(slave);
+    slave->outputs_fresh = true;
+}
+
 /* Working counter steps of the logical datagram. */
-static unsigned move_data(struct slave *slave, const struct plan_stop *stop,
-                          const struct plan_shape *shape, uint8_t *data)
+static inline unsigned move_data(const struct plan_stop *stop, const struct plan_shape *shape,
+                                 uint8_t *data)
 {
     unsigned done = 0;
 
-    if (stop->actions & PLAN_MAPPED) {
-        done = slave_logical(slave, shape->address, data, shape->length, shape->command != LWR,
-                             shape->command != LRD);
-    } else {
-        slave_catch_up_quick(slave);
-        if ((stop->actions & PLAN_READ) &&
-            syncman_read_whole(slave, stop->read_sm, data + stop->read_at))
-            done |= 1;
-        if (stop->actions & PLAN_WRITE) {
-            syncman_write_whole(slave, stop->write_sm, data + stop->write_at);
-            done |= 2;
-        }
+    if (stop->actions & PLAN_MAPPED)
+        done = slave_logical(stop->slave, shape->address, data, shape->length,
+                             shape->command != LWR, shape->command != LRD);
+    if ((stop->actions & PLAN_READ) && read_inputs(stop->slave, &stop->read, data))
+        done |= 1;
+    if (stop->actions & PLAN_WRITE) {
+        write_outputs(stop->slave, &stop->write, data);
+        done |= 2;
     }
     return shape->command == LRW ? done : done != 0;
 }
@@ -204,13 +270,13 @@ static void travel(struct segment *segment, const struct plan *plan, uint8_t *da
     unsigned counted = get_u16(wkc), clocks = 0;
 
     for (unsigned i = 0; i < plan->count; i++, stop++) {
-        struct slave *slave = &segment->slaves[stop->slave];
+        struct slave *slave = stop->slave;
 
         slave_meet(slave, now_ns + slave->delay_ns);
         if (stop->actions & (PLAN_READ | PLAN_WRITE | PLAN_MAPPED))
-            counted += move_data(slave, stop, shape, data);
+            counted += move_data(stop, shape, data);
         if (stop->actions & PLAN_FOLLOW)
-            clocks += dc_follow(slave, get_u32(time));
+            clocks++, dc_follow(slave, get_u32(time));
         else if (stop->actions & PLAN_REFERENCE)
             clocks += slave_read(slave, REG_DC_SYSTEM_TIME, time, sizeof(uint64_t));
         if (slave->outputs_fresh)

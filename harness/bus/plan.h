@@ -31,12 +31,23 @@ struct plan_shape {
     bool clock;       /* an FRMW of the system time follows */
 };
 
+struct slave;
+struct syncman;
+
+/* One sync manager of process data, whole. */
+struct plan_move {
+    struct syncman *sm;
+    uint8_t *status; /* its status register */
+    uint8_t *area;   /* its memory */
+    uint16_t length;
+    uint16_t at; /* in the data */
+};
+
 /* One slave on the way. */
 struct plan_stop {
-    uint16_t slave;
+    struct slave *slave;
     uint8_t actions; /* PLAN_* of plan.c */
-    uint8_t write_sm, read_sm;
-    uint16_t write_at, read_at; /* in the data */
+    struct plan_move read, write;
 };
 
 struct plan {

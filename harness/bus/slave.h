@@ -70,6 +70,8 @@ struct dc {
     int64_t drift_ppb;
     int64_t trim_ppb, integral_ppb;
     uint64_t compared_ns;
+    uint64_t interval_ns; /* between the last two comparisons */
+    int64_t pull;         /* ppb per ns of difference, for that interval */
     int64_t mean;
 };
 

@@ -70,16 +70,6 @@ static inline void syncman_written(struct slave *slave, unsigned n)
 }
 
 /* The whole area of a usable process data sync manager at once. */
-static inline void syncman_write_whole(struct slave *slave, unsigned n, const uint8_t *data)
-{
-    struct syncman *sm = &slave->sm[n];
-    size_t at = sm->start + (sm->buffered ? (size_t)sm->master_at * sm->length : 0);
-
-    sm->open = false;
-    memcpy(slave->memory + at, data, sm->length);
-    syncman_written(slave, n);
-}
-
 static inline bool syncman_read_whole(struct slave *slave, unsigned n, uint8_t *data)
 {
     struct syncman *sm = &slave->sm[n];
@@ -148,20 +138,6 @@ static inline void slave_publish_inputs(struct slave *slave)
         return;
     slave->type->inputs(slave->device, syncman_device_fill(slave, n), slave->sm[n].length);
     syncman_device_done(slave, n);
-}
-
-/* As slave_catch_up(), with nothing to call when no event is due. */
-static inline void slave_catch_up_quick(struct slave *slave)
-{
-    if (!slave->behind)
-        return;
-    if (slave->due_ns <= slave->frame_ns) {
-        slave_advance(slave, slave->frame_ns);
-        return;
-    }
-    slave->behind = false;
-    slave_pass(slave, slave->frame_ns);
-    slave_publish_inputs(slave);
 }
 
 #endif

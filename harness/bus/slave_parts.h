@@ -60,7 +60,7 @@ void dc_refresh(struct slave *slave, uint16_t address, size_t length);
 bool dc_latch_ports(struct slave *slave, uint16_t address, const uint8_t *data, size_t length);
 bool dc_write_time(struct slave *slave, uint16_t address, const uint8_t *data, size_t length);
 /* As a write of the whole system time whose low half is `received`. */
-bool dc_follow(struct slave *slave, uint32_t received);
+void dc_follow(struct slave *slave, uint32_t received);
 bool dc_write_speed(struct slave *slave, uint16_t address, const uint8_t *data, size_t length);
 
 #include "bus/slave_cycle.h"
