@@ -74,9 +74,12 @@ const struct axis_model axis_ideal = {
     .resolution = 1 << 20,
 };
 
-static double clamp(double value, double limit)
+/* Two selections that compile to one instruction each. */
+static double between(double low, double value, double high)
 {
-    return value > limit ? limit : value < -limit ? -limit : value;
+    double below = high < value ? high : value;
+
+    return low > below ? low : below;
 }
 
 void axis_init(struct axis *axis, const struct axis_model *model, uint64_t seed)
@@ -100,28 +103,26 @@ static bool on_cam(double position)
     return position - (double)axis_floor(position) >= 0.5;
 }
 
-static void read_switches(struct axis *axis)
+static inline void read_switches(struct axis *axis)
 {
-    const struct axis_model *model = axis->model;
-    unsigned s = 0;
+    const struct axis_model *m = axis->model;
+    double at = axis->position;
+    bool home = m->home_cam ? on_cam(at) : at <= m->home;
+    unsigned s = (at <= m->limit_negative) * (unsigned)AXIS_SWITCH_NEGATIVE |
+                 (at >= m->limit_positive) * (unsigned)AXIS_SWITCH_POSITIVE |
+                 home * (unsigned)AXIS_SWITCH_HOME;
 
-    if (axis->position <= model->limit_negative)
-        s |= AXIS_SWITCH_NEGATIVE;
-    if (axis->position >= model->limit_positive)
-        s |= AXIS_SWITCH_POSITIVE;
-    if (model->home_cam ? on_cam(axis->position) : axis->position <= model->home)
-        s |= AXIS_SWITCH_HOME;
     axis->switches = (uint8_t)((s & ~axis->held_mask) | axis->held);
 }
 
-static void move(struct axis *axis, double motor, double damping, double friction)
+static inline void move(struct axis *axis, double motor, double damping, double friction)
 {
     const struct axis_model *model = axis->model;
     double free = axis->velocity + (motor - damping * axis->velocity) * AXIS_STEP_S;
     double drag = friction * AXIS_STEP_S;
 
     /* Dry friction can stop the axis within a step but never turn it round. */
-    axis->velocity = free > drag ? free - drag : free < -drag ? free + drag : 0.0;
+    axis->velocity = free - between(-drag, free, drag);
     axis->position += axis->velocity * AXIS_STEP_S;
     if (axis->position < model->stop_negative) {
         axis->position = model->stop_negative;
@@ -130,22 +131,21 @@ static void move(struct axis *axis, double motor, double damping, double frictio
         axis->position = model->stop_positive;
         axis->velocity = 0.0;
     }
-    read_switches(axis);
 }
 
-static void drive(struct axis *axis, double demand)
+static inline void drive(struct axis *axis, double demand)
 {
-    double high = axis->torque_high * axis->rated, low = -axis->torque_low * axis->rated;
-    double motor = demand > high ? high : demand < low ? low : demand;
+    double motor =
+        between(-axis->torque_low * axis->rated, demand, axis->torque_high * axis->rated);
 
     axis->limited |= motor < demand || motor > demand;
     axis->acceleration = motor;
     move(axis, motor, axis->viscous, axis->coulomb);
 }
 
-static void turn(struct axis *axis, double velocity)
+static inline void turn(struct axis *axis, double velocity)
 {
-    double reachable = clamp(velocity, axis->speed_limit);
+    double reachable = between(-axis->speed_limit, velocity, axis->speed_limit);
 
     axis->limited = reachable < velocity || reachable > velocity;
     drive(axis, axis->model->velocity_gain * (reachable - axis->velocity));
@@ -157,10 +157,9 @@ static void place(struct axis *axis, double position, double velocity)
     axis->acceleration = 0.0; /* nothing resists */
     axis->position = position;
     axis->velocity = velocity;
-    read_switches(axis);
 }
 
-void axis_follow(struct axis *axis, double position, double velocity)
+static inline void follow(struct axis *axis, double position, double velocity)
 {
     const struct axis_model *model = axis->model;
 
@@ -171,18 +170,54 @@ void axis_follow(struct axis *axis, double position, double velocity)
              model->position_gain * (position - axis->position) + model->feed_forward * velocity);
 }
 
+void axis_follow(struct axis *axis, double position, double velocity)
+{
+    follow(axis, position, velocity);
+    read_switches(axis);
+}
+
+uint32_t axis_follow_line(struct axis *axis, struct axis_line *line, double window, uint32_t steps)
+{
+    struct axis_line l = *line; /* in registers, like the axis */
+    struct axis a = *axis;
+    uint32_t done = 0;
+    double error;
+
+    do {
+        if (l.steps_left > 1) {
+            l.demand += l.velocity * AXIS_STEP_S;
+            l.steps_left--;
+        } else if (l.steps_left == 1) {
+            /* The end of the line exactly, whatever the steps have rounded. */
+            l.demand = l.end;
+            l.steps_left--;
+        } else {
+            l.velocity = 0.0;
+        }
+        follow(&a, l.demand, l.velocity);
+        error = l.demand - a.position;
+        done++;
+    } while (done < steps && error <= window && error >= -window);
+    read_switches(&a);
+    *axis = a;
+    *line = l;
+    return done;
+}
+
 void axis_turn(struct axis *axis, double velocity)
 {
     if (axis->model->ideal)
         place(axis, axis->position + velocity * AXIS_STEP_S, velocity);
     else
         turn(axis, velocity);
+    read_switches(axis);
 }
 
 void axis_push(struct axis *axis, double torque)
 {
     axis->limited = false;
     drive(axis, torque * axis->rated);
+    read_switches(axis);
 }
 
 void axis_coast(struct axis *axis)
@@ -193,6 +228,7 @@ void axis_coast(struct axis *axis)
         place(axis, axis->position, 0.0);
     else
         move(axis, 0.0, axis->winding_brake, axis->coulomb);
+    read_switches(axis);
 }
 
 double axis_torque(const struct axis *axis)

@@ -19,7 +19,7 @@
 #include <stdint.h>
 
 #define BUS_WHY        256
-#define BUS_MAX_SLAVES 64
+#define BUS_MAX_SLAVES 200
 
 struct bus;
 struct bus_library; /* device types: those built in and those of device files (library.h) */

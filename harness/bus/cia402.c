@@ -87,8 +87,13 @@ void cia402_command(struct cia402 *machine, uint16_t controlword,
             machine->state = CIA402_SWITCH_ON_DISABLED;
         return;
     }
-    t = match(machine->state, controlword);
+    if (machine->state == machine->still_state && controlword == machine->still_word)
+        t = NULL;
+    else
+        t = match(machine->state, controlword);
     if (!t) {
+        machine->still_state = machine->state;
+        machine->still_word = controlword;
         /* Enable operation again takes a ramping axis back. */
         if (machine->state == CIA402_OPERATION_ENABLED && (controlword & 0x8f) == 0x0f)
             machine->leaving = false;

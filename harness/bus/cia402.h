@@ -48,6 +48,9 @@ struct cia402 {
     /* Operation enabled on the way out: the axis ramps down and the state changes at standstill. */
     bool leaving;
     enum cia402_state leave_to;
+    /* A controlword that led nowhere from this state: most evaluations repeat it. */
+    enum cia402_state still_state;
+    uint16_t still_word;
     bool reset_seen; /* level of the fault reset bit at the last evaluation */
 };
 

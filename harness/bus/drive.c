@@ -2,24 +2,24 @@
 #include "bus/drive.h"
 #include "bus/registers.h"
 
+#include <math.h>
 #include <stddef.h>
 
 /* Slower than this is standing still. */
 static const double standstill = 0.01; /* rev/s */
 
+enum { MOST_STEPS = 1000 }; /* at once */
+
 static const struct drive_mode *const modes[] = {
-    &drive_cyclic_position,       &drive_cyclic_velocity,  &drive_cyclic_torque,
-    &drive_profile_position,      &drive_profile_velocity, &drive_homing,
-    &drive_interpolated_position, &drive_profile_torque,
+    [DRIVE_PP] = &drive_profile_position,      [DRIVE_PV] = &drive_profile_velocity,
+    [DRIVE_TQ] = &drive_profile_torque,        [DRIVE_HM] = &drive_homing,
+    [DRIVE_IP] = &drive_interpolated_position, [DRIVE_CSP] = &drive_cyclic_position,
+    [DRIVE_CSV] = &drive_cyclic_velocity,      [DRIVE_CST] = &drive_cyclic_torque,
 };
 
 static const struct drive_mode *find_mode(int number)
 {
-    for (size_t i = 0; i < sizeof modes / sizeof *modes; i++) {
-        if (modes[i]->number == number)
-            return modes[i];
-    }
-    return NULL;
+    return number >= 0 && (size_t)number < sizeof modes / sizeof *modes ? modes[number] : NULL;
 }
 
 bool drive_mode_supported(const struct drive *drive, int number)
@@ -117,13 +117,19 @@ void drive_ramp(struct drive *drive, double velocity, double acceleration)
     axis_follow(&drive->axis, drive->demand, drive->demand_velocity);
 }
 
+double drive_window(const struct drive *drive)
+{
+    return drive->o.following_window == UINT32_MAX
+               ? INFINITY
+               : drive_revolutions(drive, drive->o.following_window);
+}
+
 static bool outside_window(const struct drive *drive)
 {
     double error = drive->demand - drive->axis.position;
-    double window = drive_revolutions(drive, drive->o.following_window);
+    double window = drive_window(drive);
 
-    return drive->positioned && drive->o.following_window != UINT32_MAX &&
-           (error > window || error < -window);
+    return drive->positioned && (error > window || error < -window);
 }
 
 static void watch_following_error(struct drive *drive)
@@ -227,29 +233,41 @@ static uint16_t statusword(const struct drive *drive)
 /* Velocities beyond the object's 32 bits show as its limit. */
 static int32_t rounded(double value)
 {
-    if (value >= INT32_MAX)
-        return INT32_MAX;
-    if (value <= INT32_MIN)
-        return INT32_MIN;
-    return (int32_t)(value < 0 ? value - 0.5 : value + 0.5);
+    double limited = value < INT32_MAX ? value : INT32_MAX;
+
+    limited = limited > INT32_MIN ? limited : INT32_MIN;
+    return (int32_t)(limited + copysign(0.5, limited));
+}
+
+void drive_publish_cyclic(struct drive *drive)
+{
+    struct drive_objects *o = &drive->o;
+    int64_t actual;
+
+    if (!drive->stale)
+        return;
+    drive->stale = false;
+    drive->rest_stale = true;
+    actual = drive_actual(drive);
+    o->position_actual = user_position(drive, actual);
+    o->velocity_actual = rounded(drive->axis.velocity * drive->increments);
+    o->following_error =
+        drive->positioned ? (int32_t)(drive_increments(drive, drive->demand) - actual) : 0;
+    o->digital_inputs = drive->axis.switches | drive->user_inputs;
+    o->statusword = statusword(drive);
 }
 
 void drive_publish(struct drive *drive)
 {
     struct drive_objects *o = &drive->o;
-    int64_t actual = drive_actual(drive), demand = drive_increments(drive, drive->demand);
 
-    if (!drive->stale)
+    drive_publish_cyclic(drive);
+    if (!drive->rest_stale)
         return;
-    drive->stale = false;
-    o->position_actual = user_position(drive, actual);
-    o->position_demand = user_position(drive, demand);
-    o->velocity_actual = rounded(drive->axis.velocity * drive->increments);
+    drive->rest_stale = false;
+    o->position_demand = user_position(drive, drive_increments(drive, drive->demand));
     o->velocity_demand = rounded(drive->demand_velocity * drive->increments);
     o->torque_actual = (int16_t)rounded(axis_torque(&drive->axis) * 1000.0);
-    o->following_error = drive->positioned ? (int32_t)(demand - actual) : 0;
-    o->digital_inputs = drive->axis.switches | drive->user_inputs;
-    o->statusword = statusword(drive);
 }
 
 static bool fault_gone(const struct drive *drive)
@@ -262,7 +280,7 @@ static void select_mode(struct drive *drive)
     const struct drive_mode *mode = find_mode(drive->o.mode);
 
     /* 0 asks for nothing, numbers of modes we do not have are not followed: 0x6061 tells. */
-    if (!mode || drive->o.mode == drive->o.mode_display ||
+    if (drive->o.mode == drive->o.mode_display || !mode ||
         !(drive->modes & DRIVE_MODE(drive->o.mode)))
         return;
     drive->o.mode_display = drive->o.mode;
@@ -333,14 +351,37 @@ static void take_limits(struct drive *drive)
     drive->axis.speed_limit = lesser(o->max_motor_speed / 60.0, model->max_speed);
 }
 
+/* As many sub-steps at once as the mode can do; their following errors but the last's are inside
+ * the window. Somebody must look at the switches after every one when they stop the axis. */
+static uint32_t run(struct drive *drive, uint32_t steps)
+{
+    const struct drive_mode *mode = find_mode(drive->o.mode_display);
+
+    if (!mode || !mode->run || drive->machine.state != CIA402_OPERATION_ENABLED ||
+        drive->machine.leaving || drive->outside_steps ||
+        drive->o.limit_reaction != DRIVE_LIMIT_SHOWN) {
+        step_once(drive);
+        return 1;
+    }
+    steps = mode->run(drive, steps);
+    watch_following_error(drive);
+    return steps;
+}
+
 void drive_step(struct drive *drive, uint64_t now_ns)
 {
+    uint32_t steps;
+
     if (now_ns < drive->next_ns)
         return;
     take_limits(drive);
     drive->stale = true;
-    for (; drive->next_ns <= now_ns; drive->next_ns += AXIS_STEP_NS)
-        step_once(drive);
+    while (drive->next_ns <= now_ns) {
+        uint64_t due = (now_ns - drive->next_ns) / AXIS_STEP_NS + 1;
+
+        steps = run(drive, due > MOST_STEPS ? MOST_STEPS : (uint32_t)due);
+        drive->next_ns += (uint64_t)steps * AXIS_STEP_NS;
+    }
 }
 
 /* What the axis says about itself among the objects. */

@@ -106,6 +106,7 @@ struct drive {
     uint64_t next_ns;     /* of the next sub-step */
     uint64_t failed_ns;   /* of the sub-step in which error_code was set */
     bool stale;           /* the actual values among the objects are older than the axis */
+    bool rest_stale;      /* those that drive_publish_cyclic() leaves out are */
     uint32_t user_inputs; /* bits 16..31 of the digital inputs */
 
     double increments;    /* per revolution */
@@ -159,15 +160,20 @@ void drive_resolution(struct drive *drive, double increments);
 void drive_step(struct drive *drive, uint64_t now_ns);
 /* Brings the actual values among the objects up to date; to be called before they are read. */
 void drive_publish(struct drive *drive);
+/* Only those of the default mapping: 6041 6064 606C 60F4 60FD; they do for most cycles. */
+void drive_publish_cyclic(struct drive *drive);
 
 /* An operation mode. `start`: operation is enabled or the mode becomes active, the axis may be
- * moving. `command`: new objects. `step`: one sub-step. `status`: its statusword bits. */
+ * moving. `command`: new objects. `step`: one sub-step. `status`: its statusword bits. `run` (may
+ * be NULL): 1 to `steps` sub-steps, as `step`, and stops behind the first that leaves the window of
+ * the following error; returns how many. */
 struct drive_mode {
     int8_t number;
     void (*start)(struct drive *);
     void (*command)(struct drive *, uint64_t now_ns);
     void (*step)(struct drive *);
     uint16_t (*status)(const struct drive *);
+    uint32_t (*run)(struct drive *, uint32_t steps);
 };
 
 /* drive_profile.c, drive_homing.c, drive_cyclic.c */
@@ -179,6 +185,7 @@ extern const struct drive_mode drive_interpolated_position, drive_profile_torque
 double drive_revolutions(const struct drive *drive, uint32_t increments);
 int64_t drive_increments(const struct drive *drive, double revolutions);
 int64_t drive_actual(const struct drive *drive); /* encoder increments */
+double drive_window(const struct drive *drive);  /* of the following error, rev */
 /* Increments of the master (32 bits, wrapping) as encoder increments close to `near`. */
 int64_t drive_unwrap(const struct drive *drive, int32_t user, int64_t near);
 /* The demand starts from where the axis is and moves. */

@@ -70,20 +70,24 @@ static void csp_command(struct drive *drive, uint64_t now_ns)
         drive_fault(drive, drive->model->error_step);
 }
 
+static uint32_t csp_run(struct drive *drive, uint32_t steps)
+{
+    struct axis_line line = { .demand = drive->demand,
+                              .velocity = drive->demand_velocity,
+                              .end = drive->end,
+                              .steps_left = drive->steps_left };
+    uint32_t done = axis_follow_line(&drive->axis, &line, drive_window(drive), steps);
+
+    drive->demand = line.demand;
+    drive->demand_velocity = line.velocity;
+    drive->steps_left = line.steps_left;
+    drive->positioned = true;
+    return done;
+}
+
 static void csp_step(struct drive *drive)
 {
-    if (drive->steps_left > 1) {
-        drive->demand += drive->demand_velocity * AXIS_STEP_S;
-        drive->steps_left--;
-    } else if (drive->steps_left == 1) {
-        /* The end of the line exactly, whatever the steps have rounded. */
-        drive->demand = drive->end;
-        drive->steps_left--;
-    } else {
-        drive->demand_velocity = 0.0;
-    }
-    drive->positioned = true;
-    axis_follow(&drive->axis, drive->demand, drive->demand_velocity);
+    csp_run(drive, 1);
 }
 
 static uint16_t csp_status(const struct drive *drive)
@@ -167,13 +171,30 @@ static uint16_t ip_status(const struct drive *drive)
     return (uint16_t)(reached | (interpolating(drive) ? SW_MODE_12 : 0));
 }
 
-const struct drive_mode drive_cyclic_position = { DRIVE_CSP, hold_position, csp_command, csp_step,
-                                                  csp_status };
-const struct drive_mode drive_cyclic_velocity = { DRIVE_CSV, csv_start, csv_command, csv_step,
-                                                  follows };
-const struct drive_mode drive_cyclic_torque = { DRIVE_CST, cst_start, cst_command, cst_step,
-                                                follows };
-const struct drive_mode drive_interpolated_position = { DRIVE_IP, hold_position, ip_command,
-                                                        csp_step, ip_status };
-const struct drive_mode drive_profile_torque = { DRIVE_TQ, cst_start, cst_command, cst_step,
-                                                 follows };
+const struct drive_mode drive_cyclic_position = { .number = DRIVE_CSP,
+                                                  .start = hold_position,
+                                                  .command = csp_command,
+                                                  .step = csp_step,
+                                                  .status = csp_status,
+                                                  .run = csp_run };
+const struct drive_mode drive_cyclic_velocity = { .number = DRIVE_CSV,
+                                                  .start = csv_start,
+                                                  .command = csv_command,
+                                                  .step = csv_step,
+                                                  .status = follows };
+const struct drive_mode drive_cyclic_torque = { .number = DRIVE_CST,
+                                                .start = cst_start,
+                                                .command = cst_command,
+                                                .step = cst_step,
+                                                .status = follows };
+const struct drive_mode drive_interpolated_position = { .number = DRIVE_IP,
+                                                        .start = hold_position,
+                                                        .command = ip_command,
+                                                        .step = csp_step,
+                                                        .status = ip_status,
+                                                        .run = csp_run };
+const struct drive_mode drive_profile_torque = { .number = DRIVE_TQ,
+                                                 .start = cst_start,
+                                                 .command = cst_command,
+                                                 .step = cst_step,
+                                                 .status = follows };

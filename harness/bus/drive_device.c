@@ -2,6 +2,7 @@
 #include "bus/drive_device.h"
 
 #include <errno.h>
+#include <stddef.h>
 #include <string.h>
 
 unsigned drive_object_axis(uint16_t index)
@@ -191,6 +192,24 @@ void drive_device_refresh(void *device)
     d->error_register = error_register(d);
 }
 
+/* Some master's mapping wants more than the default one has. */
+static bool maps_rest(const struct drive_device *d)
+{
+    static const size_t rest[] = { offsetof(struct drive_device, axis[0].o.position_demand),
+                                   offsetof(struct drive_device, axis[0].o.velocity_demand),
+                                   offsetof(struct drive_device, axis[0].o.torque_actual) };
+    const struct pdo_image *image = &d->image[PDO_TX];
+
+    for (unsigned i = 0; i < image->count; i++) {
+        for (size_t k = 0; k < sizeof rest / sizeof *rest; k++) {
+            if (image->copy[i].object % sizeof(struct drive) == rest[k] &&
+                image->copy[i].object < sizeof d->axis)
+                return true;
+        }
+    }
+    return false;
+}
+
 void drive_device_state(void *device, unsigned al_state, uint64_t now_ns)
 {
     struct drive_device *d = device;
@@ -198,6 +217,7 @@ void drive_device_state(void *device, unsigned al_state, uint64_t now_ns)
     (void)now_ns;
     for (unsigned i = 0; i < d->kind->axes; i++)
         drive_al_state(&d->axis[i], al_state);
+    d->maps_rest = maps_rest(d);
     drive_device_report(d);
 }
 
@@ -226,7 +246,13 @@ void drive_device_inputs(void *device, uint8_t *data, size_t length)
     struct drive_device *d = device;
 
     (void)length;
-    drive_device_refresh(device);
+    for (unsigned i = 0; i < d->kind->axes; i++) {
+        if (d->maps_rest)
+            drive_publish(&d->axis[i]);
+        else
+            drive_publish_cyclic(&d->axis[i]);
+    }
+    d->error_register = error_register(d);
     pdo_objects_to_inputs(d->kind->od, device, data);
 }
 

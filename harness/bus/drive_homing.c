@@ -164,4 +164,8 @@ static uint16_t hm_status(const struct drive *drive)
     }
 }
 
-const struct drive_mode drive_homing = { DRIVE_HM, hm_start, hm_command, hm_step, hm_status };
+const struct drive_mode drive_homing = { .number = DRIVE_HM,
+                                         .start = hm_start,
+                                         .command = hm_command,
+                                         .step = hm_step,
+                                         .status = hm_status };

@@ -156,7 +156,13 @@ static uint16_t pv_status(const struct drive *drive)
     return (uint16_t)word;
 }
 
-const struct drive_mode drive_profile_position = { DRIVE_PP, pp_start, pp_command, pp_step,
-                                                   pp_status };
-const struct drive_mode drive_profile_velocity = { DRIVE_PV, pv_start, pv_command, pv_step,
-                                                   pv_status };
+const struct drive_mode drive_profile_position = { .number = DRIVE_PP,
+                                                   .start = pp_start,
+                                                   .command = pp_command,
+                                                   .step = pp_step,
+                                                   .status = pp_status };
+const struct drive_mode drive_profile_velocity = { .number = DRIVE_PV,
+                                                   .start = pv_start,
+                                                   .command = pv_command,
+                                                   .step = pv_step,
+                                                   .status = pv_status };

@@ -167,6 +167,7 @@ unsigned slave_logical(struct slave *slave, uint32_t address, uint8_t *data, siz
         slave->logical_first > slave->logical_last || address > slave->logical_last ||
         (uint64_t)address + length <= slave->logical_first)
         return 0;
+    slave_catch_up(slave);
     /* Overlapping input and output areas: writes must see the data as it came in. */
     if (reads && writes && slave->fmmu_crossed) {
         memcpy(incoming, data, length);

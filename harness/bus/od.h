@@ -102,10 +102,11 @@ struct pdo_assign {
     uint16_t pdo[PDO_MAX_ASSIGN];
 };
 
-/* A mapping resolved into moves between instance and process image. */
+/* A mapping resolved into moves between instance and process image, sorted by size. */
 struct pdo_image {
     uint16_t bits;
     uint8_t count;
+    uint8_t fours, twos; /* moves up to the last of four and of two bytes */
     struct pdo_copy {
         uint16_t image, object; /* byte offsets */
         uint8_t bytes;

@@ -1,28 +1,10 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 #include "bus/segment.h"
 #include "bus/bytes.h"
+#include "bus/frame.h"
 #include "bus/slave.h"
 
 #include <string.h>
-
-enum {
-    ETHER_TYPE = 12,
-    ETHER_HEADER = 14,
-    ETHER_ECAT = 0xa488, /* 0x88A4 is big-endian on the wire */
-    ETHER_OVERHEAD = 24, /* preamble, FCS, gap: bytes on the wire, not in the frame */
-    SOURCE_MAC = 6,
-    LOCAL_BIT = 2,
-    ECAT_HEADER = 2,
-    ECAT_LENGTH = 0x07ff,
-    ECAT_DATAGRAMS = 1,
-    DG_HEADER = 10,
-    DG_WKC = 2,
-    DG_LENGTH = 0x07ff,
-    DG_MORE = 0x8000,
-    BYTE_NS = 80,
-};
-
-enum command { NOP, APRD, APWR, APRW, FPRD, FPWR, FPRW, BRD, BWR, BRW, LRD, LWR, LRW, ARMW, FRMW };
 
 struct datagram {
     uint8_t *header;
@@ -189,6 +171,11 @@ static size_t reachable(const struct segment *segment)
     return n;
 }
 
+bool segment_is_whole(const struct segment *segment)
+{
+    return reachable(segment) == segment->count;
+}
+
 static bool pass_all(struct segment *segment, uint8_t *frame, uint8_t *at, const uint8_t *end,
                      uint64_t now_ns)
 {
@@ -196,7 +183,7 @@ static bool pass_all(struct segment *segment, uint8_t *frame, uint8_t *at, const
         struct slave *s = &segment->slaves[i];
         bool forwarding = s->memory[REG_DL_CONTROL] & DL_CONTROL_FORWARDING;
 
-        slave_advance(s, now_ns + s->delay_ns);
+        slave_meet(s, now_ns + s->delay_ns);
         if (!at) {
             /* Not for processing units: a slave told so destroys it, others let it through. */
             if (forwarding)
@@ -225,6 +212,8 @@ bool segment_transfer(struct segment *segment, enum segment_port *port, uint8_t 
         return false;
     if (back_ns)
         *back_ns = now_ns + (length + ETHER_OVERHEAD) * BYTE_NS + 2u * last->delay_ns;
+    if (plan_transfer(segment, frame, length, now_ns))
+        return true;
     if (get_u16(frame + ETHER_TYPE) != ETHER_ECAT)
         return pass_all(segment, frame, NULL, NULL, now_ns);
     header = get_u16(frame + ETHER_HEADER);
@@ -243,6 +232,7 @@ void segment_close_ring(struct segment *segment, bool ring, uint64_t now_ns)
 {
     (void)now_ns;
     segment->ring = ring;
+    segment->plans.changes++;
 }
 
 void segment_cable(struct segment *segment, size_t behind, bool plugged, uint64_t now_ns)
@@ -250,6 +240,7 @@ void segment_cable(struct segment *segment, size_t behind, bool plugged, uint64_
     (void)now_ns;
     if (behind <= segment->count)
         segment->cut[behind] = !plugged;
+    segment->plans.changes++;
 }
 
 void segment_power(struct segment *segment, size_t slave, bool on, uint64_t now_ns)
@@ -259,6 +250,7 @@ void segment_power(struct segment *segment, size_t slave, bool on, uint64_t now_
     if (slave >= segment->count || s->powered == on)
         return;
     s->powered = on;
+    segment->plans.changes++;
     if (on)
         slave_power_on(s, now_ns);
 }
@@ -268,9 +260,11 @@ void segment_init(struct segment *segment, struct slave *slaves, size_t count)
     memset(segment, 0, sizeof *segment);
     segment->slaves = slaves;
     segment->count = count;
+    segment->plans.changes = 1;
     for (size_t i = 0; i < count; i++) {
         bool last = i + 1 == count;
 
+        slaves[i].changes = &segment->plans.changes;
         slaves[i].delay_ns = (uint32_t)((i + 1) * SEGMENT_HOP_NS);
         slaves[i].return_ns = (uint32_t)(2 * (count - 1 - i) * SEGMENT_HOP_NS);
         /* Port 0 always linked and communicating, port 1 unless last, ports 2 and 3 closed. */

@@ -9,6 +9,8 @@
 #ifndef HARNESS_BUS_SEGMENT_H
 #define HARNESS_BUS_SEGMENT_H
 
+#include "bus/plan.h"
+
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -27,11 +29,15 @@ struct segment {
     size_t count;
     bool ring;                    /* the last slave's cable leads to the master's port B */
     bool cut[SEGMENT_SLAVES + 1]; /* cable behind slave i (from 1); 0: the master's port A */
+    struct plans plans;
 };
 
-/* Wires the slaves (initialised by slave_init) into a line: link states, delays. */
+/* Wires the slaves (initialised by slave_init) into a line: link states, delays. The segment must
+ * stay where it is. */
 void segment_init(struct segment *segment, struct slave *slaves, size_t count);
 
+/* Every slave is switched on and reached from port A. */
+bool segment_is_whole(const struct segment *segment);
 /* Connects or disconnects the master's port B. */
 void segment_close_ring(struct segment *segment, bool ring, uint64_t now_ns);
 /* Pulls or plugs the cable behind slave `behind`: 0 the master's port A, count the cable to port B.

@@ -64,7 +64,8 @@ int slave_init(struct slave *slave, const struct slave_setup *setup)
 void slave_power_on(struct slave *slave, uint64_t now_ns)
 {
     al_fall(slave, AL_INIT, AL_CODE_NONE);
-    slave->now_ns = now_ns;
+    slave->now_ns = slave->frame_ns = now_ns;
+    slave_changed(slave);
     registers_reset(slave);
     sii_load(slave, true);
     if (slave->type->od)
@@ -91,14 +92,6 @@ static void find_due(struct slave *slave)
     slave->due_ns = due;
 }
 
-/* Time passes for the device first, so that an event finds it as it is at that very moment. */
-static void pass(struct slave *slave, uint64_t now_ns)
-{
-    slave->now_ns = now_ns;
-    if (slave->type->step)
-        slave->type->step(slave->device, now_ns);
-}
-
 static void run_due(struct slave *slave)
 {
     al_run(slave);
@@ -108,29 +101,21 @@ static void run_due(struct slave *slave)
     find_due(slave);
 }
 
-static void publish_inputs(struct slave *slave)
-{
-    unsigned n = (unsigned)slave->input_sm;
-
-    if (slave->input_sm < 0 || !slave->sm[n].enabled || !slave->sm[n].usable)
-        return;
-    /* A processor writes inputs from SAFEOP on; a plain digital port always shows its pins. */
-    if (slave->state < AL_SAFEOP && !slave->type->al_emulation)
-        return;
-    slave->type->inputs(slave->device, syncman_device_fill(slave, n), slave->sm[n].length);
-    syncman_device_done(slave, n);
-}
-
 void slave_advance(struct slave *slave, uint64_t now_ns)
 {
+    slave->behind = false;
     if (now_ns < slave->now_ns)
         return;
+    if (now_ns > slave->frame_ns)
+        slave->frame_ns = now_ns;
+    /* Time passes for the device first, so that an event finds it as it is at that very moment. */
     while (slave->due_ns <= now_ns) {
-        pass(slave, earlier(slave->due_ns > slave->now_ns ? slave->due_ns : slave->now_ns, now_ns));
+        slave_pass(slave,
+                   earlier(slave->due_ns > slave->now_ns ? slave->due_ns : slave->now_ns, now_ns));
         run_due(slave);
     }
-    pass(slave, now_ns);
-    publish_inputs(slave);
+    slave_pass(slave, now_ns);
+    slave_publish_inputs(slave);
 }
 
 void slave_settle(struct slave *slave)
@@ -157,12 +142,20 @@ bool slave_is_addressed(const struct slave *slave, uint16_t station)
             station == get_u16(m + REG_STATION_ALIAS));
 }
 
+/* The distributed clock runs by itself: its times interest nobody behind it. */
+static bool needs_life(uint16_t address, size_t length)
+{
+    return address < REG_DC_PORT_TIME || address + length > REG_DC_CUC;
+}
+
 /* One access is cut at the borders of the register file, of sync managers and of the memory. */
 bool slave_read(struct slave *slave, uint16_t address, uint8_t *data, size_t length)
 {
     uint32_t at = address, end = (uint32_t)(address + length);
     bool any = false;
 
+    if (needs_life(address, length))
+        slave_catch_up(slave);
     while (at < end && at < SLAVE_MEMORY) {
         size_t n = (end < SLAVE_MEMORY ? end : SLAVE_MEMORY) - at;
         uint8_t *to = data + (at - address);
@@ -192,6 +185,8 @@ bool slave_write(struct slave *slave, uint16_t address, const uint8_t *data, siz
     uint32_t at = address, end = (uint32_t)(address + length);
     bool any = false;
 
+    if (needs_life(address, length))
+        slave_catch_up(slave);
     while (at < end && at < SLAVE_MEMORY) {
         size_t n = (end < SLAVE_MEMORY ? end : SLAVE_MEMORY) - at;
         const uint8_t *from = data + (at - address);

@@ -26,11 +26,7 @@ bool syncman_master_write(struct slave *slave, struct syncman *sm, uint32_t addr
                           const uint8_t *data, size_t length);
 /* What a master write at `address` would meet, without side effects: for bit-wise FMMUs. */
 uint8_t syncman_peek(const struct slave *slave, uint32_t address);
-/* Device side. Process data: the buffer to read from or to fill; _done makes it the latest. */
-const uint8_t *syncman_device_read(struct slave *slave, unsigned n);
-uint8_t *syncman_device_fill(struct slave *slave, unsigned n);
-void syncman_device_done(struct slave *slave, unsigned n);
-/* Device side, mailbox. */
+/* Device side, mailbox; process data: slave_cycle.h. */
 bool syncman_device_take(struct slave *slave, unsigned n, uint8_t *data, size_t room, size_t *size);
 bool syncman_device_put(struct slave *slave, unsigned n, const uint8_t *data, size_t length);
 /* Forgets what a mailbox holds. */
@@ -55,7 +51,6 @@ bool watchdog_write_registers(struct slave *slave, uint16_t address, const uint8
 bool watchdog_clear_counters(struct slave *slave, uint16_t address, const uint8_t *data,
                              size_t length);
 void watchdog_configure(struct slave *slave);
-void watchdog_trigger(struct slave *slave);
 void watchdog_run(struct slave *slave);
 
 /* dc.c */
@@ -64,6 +59,10 @@ int64_t dc_local_time(const struct slave *slave);
 void dc_refresh(struct slave *slave, uint16_t address, size_t length);
 bool dc_latch_ports(struct slave *slave, uint16_t address, const uint8_t *data, size_t length);
 bool dc_write_time(struct slave *slave, uint16_t address, const uint8_t *data, size_t length);
+/* As a write of the whole system time whose low half is `received`. */
+void dc_follow(struct slave *slave, uint32_t received);
 bool dc_write_speed(struct slave *slave, uint16_t address, const uint8_t *data, size_t length);
+
+#include "bus/slave_cycle.h"
 
 #endif
