@@ -306,6 +306,7 @@ bool plan_transfer(struct segment *segment, uint8_t *frame, size_t length, uint6
     plan = find(plans, &shape);
     if (!plan)
         plan = make(segment, &shape);
+    plans->served++;
     if (plans->marks)
         frame[SOURCE_MAC] |= LOCAL_BIT;
     travel(segment, plan, frame + ETHER_HEADER + ECAT_HEADER, now_ns);
