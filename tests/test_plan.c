@@ -251,11 +251,42 @@ static void plain_cycles_go_by_the_plan_and_what_voids_it_is_noticed(void **stat
     twins_fini(&t);
 }
 
+static void a_link_event_that_is_asked_for_keeps_frames_from_the_plan_until_it_is_read(void **state)
+{
+    static struct twins t;
+    static const uint8_t mask[2] = { EVENT_DL_STATUS, 0 };
+    struct field *both[] = { &t.planned, &t.general };
+    uint64_t before;
+
+    (void)state;
+    twins_init(&t);
+    twins_reset(&t, 1);
+    bring_up(&t);
+    for (size_t i = 0; i < 2; i++) {
+        field_datagram(both[i], BWR, 0, REG_ECAT_EVENT_MASK, mask, 2);
+        field_datagram(both[i], BRD, 0, REG_DL_STATUS, NULL, 2);
+    }
+    before = served(&t);
+    cycle_one(&t);
+    assert_int_equal(served(&t), before + 1);
+    for (size_t i = 0; i < 2; i++)
+        segment_close_ring(&both[i]->segment, true, both[i]->now);
+    cycle_one(&t);
+    assert_int_equal(served(&t), before + 1);
+    for (size_t i = 0; i < 2; i++)
+        field_datagram(both[i], BRD, 0, REG_DL_STATUS, NULL, 2);
+    cycle_one(&t);
+    assert_int_equal(served(&t), before + 2);
+    twins_fini(&t);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(both_ways_end_in_the_same_state_whatever_comes),
         cmocka_unit_test(plain_cycles_go_by_the_plan_and_what_voids_it_is_noticed),
+        cmocka_unit_test(
+            a_link_event_that_is_asked_for_keeps_frames_from_the_plan_until_it_is_read),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -36,8 +36,12 @@ static bool clear_lost_links(struct slave *slave, uint16_t address, const uint8_
 static void clear_event(struct slave *slave, unsigned event)
 {
     uint8_t *r = slave->memory + REG_ECAT_EVENT;
+    unsigned events = get_u16(r);
 
-    put_u16(r, get_u16(r) & ~event);
+    if (!(events & event))
+        return;
+    put_u16(r, events & ~event);
+    slave_changed(slave);
 }
 
 static void read_dl_status(struct slave *slave, uint16_t address, size_t length)
