@@ -27,9 +27,15 @@ MACHINE_TESTS := test_machine test_machine_call test_machine_load test_machine_s
 BUS_TESTS := test_segment test_slave test_coe test_drive test_bus \
     test_topology \
     test_plan \
+    test_bus_alloc \
     test_dc
 
 $(addprefix $(BUILD)/obj/tests/,$(BUS_TESTS:=.o) bench_bus.o soak_segment.o): ALL_CFLAGS += -Itests $(BUS_CFLAGS)
+
+# Counts what the allocator is asked for.
+comma := ,
+ALLOCATOR := malloc calloc realloc aligned_alloc posix_memalign strdup free
+$(BUILD)/test/test_bus_alloc: LDFLAGS += $(addprefix -Wl$(comma)--wrap=,$(ALLOCATOR))
 
 # The bench takes the port away from under SOEM.
 $(BUILD)/test/bench_bus: LDFLAGS += -Wl,--wrap=ecx_outframe_red -Wl,--wrap=ecx_waitinframe
