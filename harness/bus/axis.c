@@ -88,8 +88,9 @@ void axis_init(struct axis *axis, const struct axis_model *model, uint64_t seed)
     *axis = (struct axis){
         .model = model,
         .position = model->start + (double)(seed % 1048576u) / 1048576.0,
-        .torque_high = axis_peak(model),
-        .torque_low = axis_peak(model),
+        .torque_high = model->peak_torque / model->rated_torque,
+        .torque_low = model->peak_torque / model->rated_torque,
+        .peak = model->peak_torque / model->rated_torque,
         .speed_limit = model->max_speed,
         .rated = model->rated_torque / model->inertia,
         .viscous = model->viscous / model->inertia,
@@ -234,11 +235,6 @@ void axis_coast(struct axis *axis)
 double axis_torque(const struct axis *axis)
 {
     return axis->acceleration / axis->rated;
-}
-
-double axis_peak(const struct axis_model *model)
-{
-    return model->peak_torque / model->rated_torque;
 }
 
 int64_t axis_floor(double value)

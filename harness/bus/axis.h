@@ -66,6 +66,7 @@ struct axis {
     uint8_t switches;               /* AXIS_SWITCH_* */
     uint8_t held_mask, held;        /* switches that the outside world holds, and how */
     double rated, viscous, coulomb, winding_brake; /* accelerations: the model's by its inertia */
+    double peak;                                   /* torque as a fraction of rated */
 };
 
 enum {
@@ -93,8 +94,6 @@ void axis_push(struct axis *axis, double torque);
 void axis_coast(struct axis *axis);
 
 double axis_torque(const struct axis *axis); /* of rated */
-/* Peak torque as a fraction of rated. */
-double axis_peak(const struct axis_model *model);
 /* A whole number, towards minus infinity as encoders count. */
 int64_t axis_floor(double value);
 

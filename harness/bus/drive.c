@@ -90,6 +90,7 @@ void drive_limits(struct drive *drive)
 
     drive->low = limit_at(drive, o->software_limit[0], INT32_MIN, -AXIS_NEVER);
     drive->high = limit_at(drive, o->software_limit[1], INT32_MAX, AXIS_NEVER);
+    drive->axis.speed_limit = lesser(o->max_motor_speed / 60.0, drive->model->axis->max_speed);
 }
 
 void drive_resolution(struct drive *drive, double increments)
@@ -339,16 +340,16 @@ void drive_al_state(struct drive *drive, unsigned state)
     drive->stale = true;
 }
 
-static void take_limits(struct drive *drive)
+/* Torque limits may come with every cycle. */
+static void take_torque_limits(struct drive *drive)
 {
     const struct drive_objects *o = &drive->o;
-    const struct axis_model *model = drive->model->axis;
     uint16_t high = o->torque_high < o->max_torque ? o->torque_high : o->max_torque;
     uint16_t low = o->torque_low < o->max_torque ? o->torque_low : o->max_torque;
 
-    drive->axis.torque_high = lesser(high / 1000.0, axis_peak(model));
-    drive->axis.torque_low = lesser(low / 1000.0, axis_peak(model));
-    drive->axis.speed_limit = lesser(o->max_motor_speed / 60.0, model->max_speed);
+    drive->axis.torque_high = lesser(high / 1000.0, drive->axis.peak);
+    drive->axis.torque_low =
+        low == high ? drive->axis.torque_high : lesser(low / 1000.0, drive->axis.peak);
 }
 
 /* As many sub-steps at once as the mode can do; their following errors but the last's are inside
@@ -374,7 +375,7 @@ void drive_step(struct drive *drive, uint64_t now_ns)
 
     if (now_ns < drive->next_ns)
         return;
-    take_limits(drive);
+    take_torque_limits(drive);
     drive->stale = true;
     while (drive->next_ns <= now_ns) {
         uint64_t due = (now_ns - drive->next_ns) / AXIS_STEP_NS + 1;
@@ -393,7 +394,7 @@ static void describe(struct drive *drive)
     o->encoder[0] = model->resolution;
     o->encoder[1] = 1;
     o->rated_torque = (uint32_t)model->rated_torque;
-    o->max_torque = (uint16_t)(axis_peak(model) * 1000.0);
+    o->max_torque = (uint16_t)(drive->axis.peak * 1000.0);
     o->torque_high = o->torque_low = o->max_torque;
     o->max_motor_speed = (uint32_t)(model->max_speed * 60.0);
     o->limit_reaction =

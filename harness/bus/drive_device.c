@@ -339,7 +339,7 @@ void drive_device_written(void *device, uint16_t index, uint8_t subindex)
         return;
     if (base == 0x6040 || base == 0x6060)
         drive_command(&d->axis[axis], d->axis[axis].next_ns);
-    else if (base == 0x607d)
+    else if (base == 0x607d || base == 0x6080)
         drive_limits(&d->axis[axis]);
     drive_device_report(d);
 }
