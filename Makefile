@@ -32,6 +32,7 @@ BUS_SRC := client.c client_cycle.c client_map.c segment.c slave.c registers.c si
     drive_homing.c drive_od.c drive_profile.c dev_dio.c wire.c \
     drive_device.c \
     plan.c \
+    drive_cruise.c \
     topology.c \
     ports.c \
     sync.c \
