@@ -99,13 +99,14 @@ bool drive_cruise_outputs(struct drive *drive, const uint8_t *data, uint64_t now
 {
     unsigned controlword = get_u16(data);
 
-    /* Enabled stays enabled with these bits, whatever the option codes are. */
-    if (!cruises(drive) || drive->machine.leaving || drive->limit_stop || data[2] != DRIVE_CSP ||
-        (controlword & (CW_FAULT_RESET | 0x0f)) != 0x0f)
+    /* Enabled stays enabled with these bits, whatever the option codes are; mode 0 asks for none.
+     */
+    if (!cruises(drive) || drive->machine.leaving || drive->limit_stop ||
+        (data[2] != DRIVE_CSP && data[2] != 0) || (controlword & (CW_FAULT_RESET | 0x0f)) != 0x0f)
         return false;
     drive->machine.reset_seen = false;
     drive->o.controlword = (uint16_t)controlword;
-    drive->o.mode = DRIVE_CSP;
+    drive->o.mode = (int8_t)data[2];
     drive->o.target_position = (int32_t)get_u32(data + 4);
     drive->stale = true;
     drive_cyclic_position.command(drive, now_ns);
