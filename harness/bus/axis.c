@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
-#include "bus/axis.h"
+#include "bus/axis_step.h"
 
 #define TRAVEL                                                                                     \
     .start = 0.5, .stop_negative = -3.5, .limit_negative = -3.0, .home = 0.0,                      \
@@ -74,14 +74,6 @@ const struct axis_model axis_ideal = {
     .resolution = 1 << 20,
 };
 
-/* Two selections that compile to one instruction each. */
-static double between(double low, double value, double high)
-{
-    double below = high < value ? high : value;
-
-    return low > below ? low : below;
-}
-
 void axis_init(struct axis *axis, const struct axis_model *model, uint64_t seed)
 {
     /* A seed counts in 2^-20 of the revolution. */
@@ -99,131 +91,29 @@ void axis_init(struct axis *axis, const struct axis_model *model, uint64_t seed)
     };
 }
 
-static bool on_cam(double position)
-{
-    return position - (double)axis_floor(position) >= 0.5;
-}
-
-static inline void read_switches(struct axis *axis)
-{
-    const struct axis_model *m = axis->model;
-    double at = axis->position;
-    bool home = m->home_cam ? on_cam(at) : at <= m->home;
-    unsigned s = (at <= m->limit_negative) * (unsigned)AXIS_SWITCH_NEGATIVE |
-                 (at >= m->limit_positive) * (unsigned)AXIS_SWITCH_POSITIVE |
-                 home * (unsigned)AXIS_SWITCH_HOME;
-
-    axis->switches = (uint8_t)((s & ~axis->held_mask) | axis->held);
-}
-
-static inline void move(struct axis *axis, double motor, double damping, double friction)
-{
-    const struct axis_model *model = axis->model;
-    double free = axis->velocity + (motor - damping * axis->velocity) * AXIS_STEP_S;
-    double drag = friction * AXIS_STEP_S;
-
-    /* Dry friction can stop the axis within a step but never turn it round. */
-    axis->velocity = free - between(-drag, free, drag);
-    axis->position += axis->velocity * AXIS_STEP_S;
-    if (axis->position < model->stop_negative) {
-        axis->position = model->stop_negative;
-        axis->velocity = 0.0;
-    } else if (axis->position > model->stop_positive) {
-        axis->position = model->stop_positive;
-        axis->velocity = 0.0;
-    }
-}
-
-static inline void drive(struct axis *axis, double demand)
-{
-    double motor =
-        between(-axis->torque_low * axis->rated, demand, axis->torque_high * axis->rated);
-
-    axis->limited |= motor < demand || motor > demand;
-    axis->acceleration = motor;
-    move(axis, motor, axis->viscous, axis->coulomb);
-}
-
-static inline void turn(struct axis *axis, double velocity)
-{
-    double reachable = between(-axis->speed_limit, velocity, axis->speed_limit);
-
-    axis->limited = reachable < velocity || reachable > velocity;
-    drive(axis, axis->model->velocity_gain * (reachable - axis->velocity));
-}
-
-static void place(struct axis *axis, double position, double velocity)
-{
-    axis->limited = false;
-    axis->acceleration = 0.0; /* nothing resists */
-    axis->position = position;
-    axis->velocity = velocity;
-}
-
-static inline void follow(struct axis *axis, double position, double velocity)
-{
-    const struct axis_model *model = axis->model;
-
-    if (model->ideal)
-        place(axis, position, velocity);
-    else
-        turn(axis,
-             model->position_gain * (position - axis->position) + model->feed_forward * velocity);
-}
-
 void axis_follow(struct axis *axis, double position, double velocity)
 {
-    follow(axis, position, velocity);
-    read_switches(axis);
-}
-
-uint32_t axis_follow_line(struct axis *axis, struct axis_line *line, double window, uint32_t steps)
-{
-    struct axis_line l = *line; /* in registers, like the axis */
-    struct axis a = *axis;
-    uint32_t done = 0;
-    double error;
-
-    do {
-        if (l.steps_left > 1) {
-            l.demand += l.velocity * AXIS_STEP_S;
-            l.steps_left--;
-        } else if (l.steps_left == 1) {
-            /* The end of the line exactly, whatever the steps have rounded. */
-            l.demand = l.end;
-            l.steps_left--;
-        } else {
-            l.velocity = 0.0;
-        }
-        follow(&a, l.demand, l.velocity);
-        error = l.demand - a.position;
-        done++;
-    } while (done < steps && error <= window && error >= -window);
-    axis->position = a.position;
-    axis->velocity = a.velocity;
-    axis->acceleration = a.acceleration;
-    axis->limited = a.limited;
-    read_switches(axis);
-    line->demand = l.demand;
-    line->velocity = l.velocity;
-    line->steps_left = l.steps_left;
-    return done;
+    if (axis->model->ideal)
+        axis_place(axis, position, velocity);
+    else
+        axis_follow_loop(axis, position, velocity);
+    axis_read_switches(axis);
 }
 
 void axis_turn(struct axis *axis, double velocity)
 {
     if (axis->model->ideal)
-        place(axis, axis->position + velocity * AXIS_STEP_S, velocity);
+        axis_place(axis, axis->position + velocity * AXIS_STEP_S, velocity);
     else
-        turn(axis, velocity);
-    read_switches(axis);
+        axis_reach(axis, velocity);
+    axis_read_switches(axis);
 }
 
 void axis_push(struct axis *axis, double torque)
 {
     axis->limited = false;
-    drive(axis, torque * axis->rated);
-    read_switches(axis);
+    axis_drive(axis, torque * axis->rated);
+    axis_read_switches(axis);
 }
 
 void axis_coast(struct axis *axis)
@@ -231,10 +121,10 @@ void axis_coast(struct axis *axis)
     axis->limited = false;
     axis->acceleration = 0.0;
     if (axis->model->ideal)
-        place(axis, axis->position, 0.0);
+        axis_place(axis, axis->position, 0.0);
     else
-        move(axis, 0.0, axis->winding_brake, axis->coulomb);
-    read_switches(axis);
+        axis_move(axis, 0.0, axis->winding_brake, axis->coulomb);
+    axis_read_switches(axis);
 }
 
 double axis_torque(const struct axis *axis)

@@ -80,14 +80,6 @@ void axis_init(struct axis *axis, const struct axis_model *model, uint64_t seed)
 
 /* One step each. Position in rev, velocity in rev/s, torque as a fraction of rated. */
 void axis_follow(struct axis *axis, double position, double velocity);
-/* Along a straight line of demands that ends exactly at `end`, then standing there. */
-struct axis_line {
-    double demand, velocity, end;
-    uint32_t steps_left;
-};
-/* Up to `steps` steps of the line, at least one, ending behind the first whose following error is
- * beyond `window`. Returns the number done. */
-uint32_t axis_follow_line(struct axis *axis, struct axis_line *line, double window, uint32_t steps);
 void axis_turn(struct axis *axis, double velocity);
 void axis_push(struct axis *axis, double torque);
 /* Power off: the shorted windings brake it. */

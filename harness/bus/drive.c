@@ -46,11 +46,6 @@ void drive_demand_actual(struct drive *drive)
     drive->outside_steps = 0;
 }
 
-static double lesser(double a, double b)
-{
-    return a < b ? a : b;
-}
-
 double drive_within(const struct drive *drive, double position)
 {
     return position > drive->high ? drive->high : position < drive->low ? drive->low : position;
@@ -75,7 +70,8 @@ void drive_limits(struct drive *drive)
 
     drive->low = limit_at(drive, o->software_limit[0], INT32_MIN, -AXIS_NEVER);
     drive->high = limit_at(drive, o->software_limit[1], INT32_MAX, AXIS_NEVER);
-    drive->axis.speed_limit = lesser(o->max_motor_speed / 60.0, drive->model->axis->max_speed);
+    drive->axis.speed_limit =
+        drive_lesser(o->max_motor_speed / 60.0, drive->model->axis->max_speed);
 }
 
 void drive_resolution(struct drive *drive, double increments)
@@ -111,7 +107,7 @@ static inline bool outside_window(const struct drive *drive)
     return drive->positioned && (error > window || error < -window);
 }
 
-static void watch_following_error(struct drive *drive)
+void drive_watch_following_error(struct drive *drive)
 {
     uint32_t allowed = (uint32_t)(drive->o.following_time * (1000000u / AXIS_STEP_NS));
 
@@ -182,7 +178,7 @@ static void step_once(struct drive *drive)
     }
     watch_switches(drive);
     if (drive->machine.state != CIA402_FAULT_REACTION)
-        watch_following_error(drive);
+        drive_watch_following_error(drive);
 }
 
 static bool limiting(const struct drive *drive)
@@ -309,23 +305,6 @@ void drive_al_state(struct drive *drive, unsigned state)
     drive->stale = true;
 }
 
-/* Torque limits may come with every cycle, and seldom change. */
-static void take_torque_limits(struct drive *drive)
-{
-    const struct drive_objects *o = &drive->o;
-    uint16_t high = o->torque_high < o->max_torque ? o->torque_high : o->max_torque;
-    uint16_t low = o->torque_low < o->max_torque ? o->torque_low : o->max_torque;
-
-    if (high != drive->torque_high) {
-        drive->torque_high = high;
-        drive->axis.torque_high = lesser(high / 1000.0, drive->axis.peak);
-    }
-    if (low != drive->torque_low) {
-        drive->torque_low = low;
-        drive->axis.torque_low = lesser(low / 1000.0, drive->axis.peak);
-    }
-}
-
 /* As many sub-steps at once as the mode can do; their following errors but the last's are inside
  * the window. Somebody must look at the switches after every one when they stop the axis. */
 static uint32_t run(struct drive *drive, uint32_t steps)
@@ -340,7 +319,7 @@ static uint32_t run(struct drive *drive, uint32_t steps)
     }
     steps = mode->run(drive, steps);
     if (outside_window(drive))
-        watch_following_error(drive);
+        drive_watch_following_error(drive);
     return steps;
 }
 
@@ -350,7 +329,7 @@ void drive_step(struct drive *drive, uint64_t now_ns)
 
     if (now_ns < drive->next_ns)
         return;
-    take_torque_limits(drive);
+    drive_take_torque_limits(drive);
     drive->stale = true;
     while (drive->next_ns <= now_ns) {
         uint64_t due = (now_ns - drive->next_ns) / AXIS_STEP_NS + 1;

@@ -209,6 +209,31 @@ static inline double drive_window(const struct drive *drive)
                : drive_revolutions(drive, drive->o.following_window);
 }
 
+static inline double drive_lesser(double a, double b)
+{
+    return a < b ? a : b;
+}
+
+/* They may come with every cycle, and seldom change. */
+static inline void drive_take_torque_limits(struct drive *drive)
+{
+    const struct drive_objects *o = &drive->o;
+    uint16_t high = o->torque_high < o->max_torque ? o->torque_high : o->max_torque;
+    uint16_t low = o->torque_low < o->max_torque ? o->torque_low : o->max_torque;
+
+    if (high != drive->torque_high) {
+        drive->torque_high = high;
+        drive->axis.torque_high = drive_lesser(high / 1000.0, drive->axis.peak);
+    }
+    if (low != drive->torque_low) {
+        drive->torque_low = low;
+        drive->axis.torque_low = drive_lesser(low / 1000.0, drive->axis.peak);
+    }
+}
+
+/* After every sub-step of a closed position loop. */
+void drive_watch_following_error(struct drive *drive);
+
 /* Values beyond an object's 32 bits show as its limit. */
 static inline int32_t drive_rounded(double value)
 {

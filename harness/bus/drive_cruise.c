@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 #include "bus/drive_cruise.h"
+#include "bus/axis_step.h"
 #include "bus/bytes.h"
 #include "bus/registers.h"
 
@@ -53,6 +54,38 @@ static inline bool cruises(const struct drive *drive)
     return drive->machine.state == CIA402_OPERATION_ENABLED && drive->o.mode_display == DRIVE_CSP;
 }
 
+enum { MOST_STEPS = 1000 }; /* at once */
+
+bool drive_cruise_step(struct drive *drive, uint64_t now_ns)
+{
+    struct axis_line line = { .demand = drive->demand,
+                              .velocity = drive->demand_velocity,
+                              .end = drive->end,
+                              .steps_left = drive->steps_left };
+    double window = drive_window(drive), error;
+    uint64_t steps;
+    uint32_t done;
+
+    if (now_ns < drive->next_ns)
+        return true;
+    steps = (now_ns - drive->next_ns) / AXIS_STEP_NS + 1;
+    if (!cruises(drive) || drive->machine.leaving || drive->outside_steps ||
+        drive->o.limit_reaction != DRIVE_LIMIT_SHOWN || steps > MOST_STEPS)
+        return false;
+    drive_take_torque_limits(drive);
+    done = axis_follow_line(&drive->axis, &line, window, (uint32_t)steps);
+    drive->demand = line.demand;
+    drive->demand_velocity = line.velocity;
+    drive->steps_left = line.steps_left;
+    drive->positioned = drive->stale = true;
+    drive->next_ns += (uint64_t)done * AXIS_STEP_NS;
+    error = line.demand - drive->axis.position;
+    if (error <= window && error >= -window)
+        return true;
+    drive_watch_following_error(drive);
+    return false;
+}
+
 static inline bool limiting(const struct drive *drive)
 {
     return drive->axis.limited ||
@@ -77,6 +110,16 @@ static inline unsigned statusword(const struct drive *drive, int64_t actual)
     return word;
 }
 
+/* put_u32() in one store, where compilers do not see it. */
+static inline void store(uint8_t *to, uint32_t value)
+{
+#if __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__
+    memcpy(to, &value, sizeof value);
+#else
+    put_u32(to, value);
+#endif
+}
+
 bool drive_cruise_inputs(struct drive *drive, uint8_t *data)
 {
     int64_t actual, behind;
@@ -87,10 +130,10 @@ bool drive_cruise_inputs(struct drive *drive, uint8_t *data)
     behind = drive->positioned ? drive_increments(drive, drive->demand) - actual : 0;
     put_u16(data, statusword(drive, actual));
     data[2] = (uint8_t)drive->o.mode_display;
-    put_u32(data + 4, (uint32_t)(uint64_t)(actual - drive->zero));
-    put_u32(data + 8, (uint32_t)drive_rounded(drive->axis.velocity * drive->increments));
-    put_u32(data + 12, (uint32_t)(uint64_t)behind);
-    put_u32(data + 16, drive->axis.switches | drive->user_inputs);
+    store(data + 4, (uint32_t)(uint64_t)(actual - drive->zero));
+    store(data + 8, (uint32_t)drive_rounded(drive->axis.velocity * drive->increments));
+    store(data + 12, (uint32_t)(uint64_t)behind);
+    store(data + 16, drive->axis.switches | drive->user_inputs);
     drive->stale = true;
     return true;
 }

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /* The cyclic synchronous modes. The master sends a set point every cycle; the drive walks from one
  * to the next in a straight line while the cycle lasts. */
+#include "bus/axis_step.h"
 #include "bus/drive.h"
 
 #include <stddef.h>

@@ -232,6 +232,8 @@ void drive_device_step(void *device, uint64_t now_ns)
 {
     struct drive_device *d = device;
 
+    if (d->cruises && drive_cruise_step(&d->axis[0], now_ns))
+        return;
     for (unsigned i = 0; i < d->kind->axes; i++)
         drive_step(&d->axis[i], now_ns);
     if (has_news(d))

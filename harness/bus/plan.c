@@ -260,6 +260,22 @@ static inline unsigned move_data(const struct plan_stop *stop, const struct plan
     return shape->command == LRW ? done : done != 0;
 }
 
+/* As slave_settle(), for outputs that a planned write has brought. */
+static inline void settle(struct slave *slave, const struct plan_move *move)
+{
+    struct syncman *sm = move->sm;
+
+    if (slave->state != AL_OP || slave->al.wait_outputs || !sm || !slave->type->outputs) {
+        slave_settle(slave);
+        return;
+    }
+    slave->outputs_fresh = false;
+    slave->al.outputs_seen = true;
+    sm->device_at = sm->latest;
+    slave->type->outputs(slave->device, move->area + (size_t)sm->latest * move->length,
+                         move->length, slave->now_ns);
+}
+
 static void travel(struct segment *segment, const struct plan *plan, uint8_t *datagrams,
                    uint64_t now_ns)
 {
@@ -284,7 +300,7 @@ static void travel(struct segment *segment, const struct plan *plan, uint8_t *da
             clocks += slave_read(slave, REG_DC_SYSTEM_TIME, time, sizeof(uint64_t));
         }
         if (slave->outputs_fresh)
-            slave_settle(slave);
+            settle(slave, &stop->write);
     }
     put_u16(wkc, counted);
     if (shape->clock)
