@@ -27,6 +27,7 @@ MACHINE_TESTS := test_machine test_machine_call test_machine_load test_machine_s
 BUS_TESTS := test_segment test_slave test_coe test_drive test_bus \
     test_topology \
     test_plan \
+    test_cruise \
     test_bus_alloc \
     test_dc
 

@@ -83,6 +83,7 @@ static const struct drive_model ideal = {
         .power_on = drive_device_power_on,                                                         \
         .state = drive_device_state,                                                               \
         .step = drive_device_step,                                                                 \
+        .step_four = drive_device_step_four,                                                       \
         .outputs = drive_device_outputs,                                                           \
         .inputs = drive_device_inputs,                                                             \
         .set_input = drive_device_set_input,                                                       \

@@ -62,6 +62,9 @@ struct device_type {
     void (*state)(void *device, unsigned state, uint64_t now_ns);
     /* Lets time pass up to now_ns. Results must not depend on how the time is cut into calls. */
     void (*step)(void *device, uint64_t now_ns);
+    /* Begins step() for four devices with the same function here, where that is quicker together
+     * than one by one; each still gets its step(). NULL: it is not. */
+    void (*step_four)(void *const devices[4], const uint64_t now_ns[4]);
     /* New outputs arrived in OP. */
     void (*outputs)(void *device, const uint8_t *data, size_t length, uint64_t now_ns);
     /* Fills the input image; called after step(). */

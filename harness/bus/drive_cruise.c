@@ -56,31 +56,109 @@ static inline bool cruises(const struct drive *drive)
 
 enum { MOST_STEPS = 1000 }; /* at once */
 
+/* Sub-steps up to now_ns that the short way may take; 0: none are due or it may not. */
+static inline uint32_t steps_due(const struct drive *drive, uint64_t now_ns)
+{
+    uint64_t steps;
+
+    if (now_ns < drive->next_ns || !cruises(drive) || drive->machine.leaving ||
+        drive->outside_steps || drive->o.limit_reaction != DRIVE_LIMIT_SHOWN)
+        return 0;
+    steps = (now_ns - drive->next_ns) / AXIS_STEP_NS + 1;
+    return steps > MOST_STEPS ? 0 : (uint32_t)steps;
+}
+
+static inline struct axis_line line_of(const struct drive *drive)
+{
+    return (struct axis_line){ .demand = drive->demand,
+                               .velocity = drive->demand_velocity,
+                               .end = drive->end,
+                               .steps_left = drive->steps_left };
+}
+
+static inline void take_line(struct drive *drive, const struct axis_line *line, uint32_t done)
+{
+    drive->demand = line->demand;
+    drive->demand_velocity = line->velocity;
+    drive->steps_left = line->steps_left;
+    drive->positioned = drive->stale = true;
+    drive->next_ns += (uint64_t)done * AXIS_STEP_NS;
+}
+
+static inline bool within(double error, double window)
+{
+    return error <= window && error >= -window;
+}
+
+/* One axis of four. */
+struct lane {
+    struct axis *axis;
+    struct axis_line line;
+    double window;
+};
+
+/* False: it has left the window of the following error. */
+static inline bool lane_step(struct lane *lane)
+{
+    axis_line_step(&lane->line);
+    axis_follow_loop(lane->axis, lane->line.demand, lane->line.velocity);
+    return within(lane->line.demand - lane->axis->position, lane->window);
+}
+
+/* A step is one chain of dependent operations, most of which a processor spends waiting; side by
+ * side the four chains wait together. All end where one leaves its window. */
+static uint32_t lanes_run(struct lane lane[4], uint32_t steps)
+{
+    uint32_t done = 0;
+    bool inside;
+
+    do {
+        inside = lane_step(&lane[0]);
+        inside &= lane_step(&lane[1]);
+        inside &= lane_step(&lane[2]);
+        inside &= lane_step(&lane[3]);
+    } while (++done < steps && inside);
+    return done;
+}
+
+void drive_cruise_step_four(struct drive *const drive[4], const uint64_t now_ns[4])
+{
+    uint32_t steps = steps_due(drive[0], now_ns[0]), done;
+    struct lane lane[4];
+
+    for (unsigned i = 0; i < 4; i++) {
+        if (!steps || steps_due(drive[i], now_ns[i]) != steps || drive[i]->axis.model->ideal)
+            return;
+        drive_take_torque_limits(drive[i]);
+        lane[i] = (struct lane){ &drive[i]->axis, line_of(drive[i]), drive_window(drive[i]) };
+    }
+    done = lanes_run(lane, steps);
+    for (unsigned i = 0; i < 4; i++) {
+        axis_read_switches(lane[i].axis);
+        take_line(drive[i], &lane[i].line, done);
+        if (!within(lane[i].line.demand - lane[i].axis->position, lane[i].window))
+            drive_watch_following_error(drive[i]);
+    }
+}
+
 bool drive_cruise_step(struct drive *drive, uint64_t now_ns)
 {
-    struct axis_line line = { .demand = drive->demand,
-                              .velocity = drive->demand_velocity,
-                              .end = drive->end,
-                              .steps_left = drive->steps_left };
-    double window = drive_window(drive), error;
-    uint64_t steps;
-    uint32_t done;
+    struct axis_line line;
+    double window, error;
+    uint32_t steps, done;
 
     if (now_ns < drive->next_ns)
         return true;
-    steps = (now_ns - drive->next_ns) / AXIS_STEP_NS + 1;
-    if (!cruises(drive) || drive->machine.leaving || drive->outside_steps ||
-        drive->o.limit_reaction != DRIVE_LIMIT_SHOWN || steps > MOST_STEPS)
+    steps = steps_due(drive, now_ns);
+    if (!steps)
         return false;
     drive_take_torque_limits(drive);
-    done = axis_follow_line(&drive->axis, &line, window, (uint32_t)steps);
-    drive->demand = line.demand;
-    drive->demand_velocity = line.velocity;
-    drive->steps_left = line.steps_left;
-    drive->positioned = drive->stale = true;
-    drive->next_ns += (uint64_t)done * AXIS_STEP_NS;
+    line = line_of(drive);
+    window = drive_window(drive);
+    done = axis_follow_line(&drive->axis, &line, window, steps);
+    take_line(drive, &line, done);
     error = line.demand - drive->axis.position;
-    if (error <= window && error >= -window)
+    if (within(error, window))
         return true;
     drive_watch_following_error(drive);
     return false;
@@ -128,8 +206,9 @@ bool drive_cruise_inputs(struct drive *drive, uint8_t *data)
         return false;
     actual = drive_actual(drive);
     behind = drive->positioned ? drive_increments(drive, drive->demand) - actual : 0;
-    put_u16(data, statusword(drive, actual));
-    data[2] = (uint8_t)drive->o.mode_display;
+    /* Whole words, or who reads them next waits. The byte of padding stays. */
+    store(data, statusword(drive, actual) | (uint32_t)(uint8_t)drive->o.mode_display << 16 |
+                    (uint32_t)data[3] << 24);
     store(data + 4, (uint32_t)(uint64_t)(actual - drive->zero));
     store(data + 8, (uint32_t)drive_rounded(drive->axis.velocity * drive->increments));
     store(data + 12, (uint32_t)(uint64_t)behind);

@@ -16,6 +16,8 @@
 bool drive_cruise_fits(const struct pdo_image *outputs, const struct pdo_image *inputs);
 
 bool drive_cruise_step(struct drive *drive, uint64_t now_ns);
+/* Begins the step of four axes at once; does nothing where they do not go together. */
+void drive_cruise_step_four(struct drive *const drive[4], const uint64_t now_ns[4]);
 bool drive_cruise_inputs(struct drive *drive, uint8_t *data);
 bool drive_cruise_outputs(struct drive *drive, const uint8_t *data, uint64_t now_ns);
 

@@ -240,6 +240,20 @@ void drive_device_step(void *device, uint64_t now_ns)
         drive_device_report(d);
 }
 
+void drive_device_step_four(void *const devices[4], const uint64_t now_ns[4])
+{
+    struct drive *axis[4];
+
+    for (unsigned i = 0; i < 4; i++) {
+        struct drive_device *d = devices[i];
+
+        if (!d->cruises)
+            return;
+        axis[i] = &d->axis[0];
+    }
+    drive_cruise_step_four(axis, now_ns);
+}
+
 void drive_device_outputs(void *device, const uint8_t *data, size_t length, uint64_t now_ns)
 {
     struct drive_device *d = device;

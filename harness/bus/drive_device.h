@@ -56,6 +56,7 @@ void drive_device_init(void *device, const struct device_setup *setup);
 void drive_device_power_on(void *device, uint64_t now_ns);
 void drive_device_state(void *device, unsigned al_state, uint64_t now_ns);
 void drive_device_step(void *device, uint64_t now_ns);
+void drive_device_step_four(void *const devices[4], const uint64_t now_ns[4]);
 void drive_device_outputs(void *device, const uint8_t *data, size_t length, uint64_t now_ns);
 void drive_device_inputs(void *device, uint8_t *data, size_t length);
 int drive_device_set_input(void *device, unsigned channel, int64_t value);

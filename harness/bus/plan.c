@@ -171,23 +171,19 @@ static const struct plan *find(struct plans *plans, const struct plan_shape *sha
     return NULL;
 }
 
-/* Process data are some ten bytes: two moves that may overlap. */
+/* Process data are some ten bytes, and mostly whole words that have just been stored: loads as wide
+ * as the stores do not wait for them. */
 static inline void copy(uint8_t *to, const uint8_t *from, size_t length)
 {
-    uint64_t head[2], tail[2];
-
-    if (length >= 16 && length <= 32) {
-        memcpy(head, from, 16);
-        memcpy(tail, from + length - 16, 16);
-        memcpy(to, head, 16);
-        memcpy(to + length - 16, tail, 16);
-    } else if (length >= 8 && length < 16) {
-        memcpy(head, from, 8);
-        memcpy(tail, from + length - 8, 8);
-        memcpy(to, head, 8);
-        memcpy(to + length - 8, tail, 8);
-    } else {
+    if (length % 4 || length > 64) {
         memcpy(to, from, length);
+        return;
+    }
+    for (size_t i = 0; i < length; i += 4) {
+        uint32_t word;
+
+        memcpy(&word, from + i, 4);
+        memcpy(to + i, &word, 4);
     }
 }
 
@@ -276,6 +272,27 @@ static inline void settle(struct slave *slave, const struct plan_move *move)
                          move->length, slave->now_ns);
 }
 
+/* Time passes for four devices at once, if nothing else is due at any of them. */
+static inline void step_four(const struct plan_stop *stop, uint64_t now_ns)
+{
+    void (*together)(void *const *, const uint64_t *) = stop->slave->type->step_four;
+    void *devices[4];
+    uint64_t at[4];
+
+    if (!together)
+        return;
+    for (unsigned i = 0; i < 4; i++) {
+        struct slave *slave = stop[i].slave;
+
+        at[i] = now_ns + slave->delay_ns;
+        devices[i] = slave->device;
+        if (!(stop[i].actions & PLAN_READ) || slave->mute || at[i] < slave->frame_ns ||
+            slave->due_ns <= at[i] || slave->type->step_four != together)
+            return;
+    }
+    together(devices, at);
+}
+
 static void travel(struct segment *segment, const struct plan *plan, uint8_t *datagrams,
                    uint64_t now_ns)
 {
@@ -288,6 +305,8 @@ static void travel(struct segment *segment, const struct plan *plan, uint8_t *da
     for (unsigned i = 0; i < plan->count; i++, stop++) {
         struct slave *slave = stop->slave;
 
+        if (i % 4 == 0 && i + 4 <= plan->count)
+            step_four(stop, now_ns);
         slave_meet(slave, now_ns + slave->delay_ns);
         if ((stop->actions & (PLAN_READ | PLAN_WRITE | PLAN_MAPPED)) && !slave->mute)
             counted += move_data(stop, shape, data);
