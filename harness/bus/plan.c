@@ -191,7 +191,8 @@ static inline void show(const struct plan_move *move, unsigned set, unsigned cle
 {
     const unsigned gone = SM_STATUS_FULL | SM_STATUS_BUFFER | SM_STATUS_READING | SM_STATUS_WRITING;
 
-    *move->status = (uint8_t)((*move->status & ~(gone | clear)) | set | move->sm->latest << 4);
+    *move->status =
+        (uint8_t)((*move->status & ~(gone | clear)) | set | (unsigned)move->sm->latest << 4);
 }
 
 /* The device fills a buffer, and the master takes it at once. */
