@@ -68,7 +68,7 @@ static const struct drive_model ideal = {
         .axes = axes_,                                                                             \
         .history = 8,                                                                              \
         .model = { one_, two_ },                                                                   \
-        .register_bits = drive_register_bits,                                                      \
+        .error_register = drive_error_register,                                                    \
         .history_entry = drive_history_entry,                                                      \
     };                                                                                             \
     const struct device_type dev_##symbol_ = {                                                     \

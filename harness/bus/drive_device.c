@@ -55,8 +55,16 @@ static void set_up_axis(struct drive_device *device, unsigned axis)
     uint64_t seed = device->setup.seed + axis * 0x5bd1e995u;
 
     drive_init(&device->axis[axis], device->kind->model[axis], seed);
-    if (axis >= device->kind->axes)
-        device->axis[axis].machine.state = CIA402_FAULT;
+}
+
+/* Objects of an axis that is not there show a fault for good. */
+static void bury(struct drive_device *device)
+{
+    for (unsigned i = device->kind->axes; i < DRIVE_AXES && device->kind->model[i]; i++) {
+        device->axis[i].machine.state = CIA402_FAULT;
+        device->axis[i].stale = true;
+        drive_publish(&device->axis[i]);
+    }
 }
 
 void drive_device_init(void *device, const struct device_setup *setup)
@@ -68,6 +76,7 @@ void drive_device_init(void *device, const struct device_setup *setup)
     load_defaults(d);
     for (unsigned i = 0; i < DRIVE_AXES && d->kind->model[i]; i++)
         set_up_axis(d, i);
+    bury(d);
 }
 
 void drive_device_power_on(void *device, uint64_t now_ns)
@@ -78,6 +87,7 @@ void drive_device_power_on(void *device, uint64_t now_ns)
     memset(d->reported, 0, sizeof d->reported);
     for (unsigned i = 0; i < d->kind->axes; i++)
         drive_power_on(&d->axis[i], now_ns);
+    bury(d);
 }
 
 /* --- errors --- */
@@ -94,7 +104,7 @@ static const struct {
     { 0x0001, 0xffff, 0x21 }, /* device profile */
 };
 
-uint8_t drive_register_bits(uint16_t code)
+static unsigned register_bits(uint16_t code)
 {
     unsigned i = 0;
 
@@ -103,24 +113,22 @@ uint8_t drive_register_bits(uint16_t code)
     return register_rows[i].bits;
 }
 
-uint32_t drive_history_entry(unsigned axis, uint16_t code)
-{
-    return (uint32_t)axis << 16 | code;
-}
-
-enum { REGISTER_SECOND_AXIS = 0x80 };
-
-static uint8_t error_register(const struct drive_device *d)
+uint8_t drive_error_register(const struct drive_device *device)
 {
     unsigned bits = 0;
 
-    for (unsigned i = 0; i < d->kind->axes; i++) {
-        uint16_t code = d->axis[i].o.error_code;
+    for (unsigned i = 0; i < device->kind->axes; i++) {
+        uint16_t code = device->axis[i].o.error_code;
 
         if (code)
-            bits |= d->kind->register_bits(code) | (i ? (unsigned)REGISTER_SECOND_AXIS : 0u);
+            bits |= register_bits(code) | (i ? (unsigned)DRIVE_REGISTER_SECOND_AXIS : 0u);
     }
     return (uint8_t)bits;
+}
+
+uint32_t drive_history_entry(unsigned axis, uint16_t code)
+{
+    return (uint32_t)axis << 16 | code;
 }
 
 void drive_device_remember(struct drive_device *device, uint32_t entry)
@@ -140,7 +148,7 @@ static void note(struct drive_device *d, unsigned axis)
     uint8_t own[5] = { (uint8_t)axis };
 
     d->reported[axis] = code;
-    d->error_register = error_register(d);
+    d->error_register = d->kind->error_register(d);
     if (code)
         drive_device_remember(d, d->kind->history_entry(axis, code));
     if (emergency->send)
@@ -189,7 +197,7 @@ void drive_device_refresh(void *device)
 
     for (unsigned i = 0; i < d->kind->axes; i++)
         drive_publish(&d->axis[i]);
-    d->error_register = error_register(d);
+    d->error_register = d->kind->error_register(d);
 }
 
 /* Some master's mapping wants more than the default one has. */
@@ -252,11 +260,11 @@ void drive_device_inputs(void *device, uint8_t *data, size_t length)
         else
             drive_publish_cyclic(&d->axis[i]);
     }
-    d->error_register = error_register(d);
+    d->error_register = d->kind->error_register(d);
     pdo_objects_to_inputs(d->kind->od, device, data);
 }
 
-static uint32_t with_bit(uint32_t word, unsigned bit, bool value)
+uint32_t drive_with_bit(uint32_t word, unsigned bit, bool value)
 {
     return (word & ~(1u << bit)) | (uint32_t)value << bit;
 }
@@ -273,14 +281,14 @@ int drive_device_set_input(void *device, unsigned channel, int64_t value)
     axis = &d->axis[channel / DRIVE_INPUTS].axis;
     if (1u << bit & AXIS_SWITCHES) {
         axis->held_mask = (uint8_t)(axis->held_mask | 1u << bit);
-        axis->held = (uint8_t)with_bit(axis->held, bit, value);
-        axis->switches = (uint8_t)with_bit(axis->switches, bit, value);
+        axis->held = (uint8_t)drive_with_bit(axis->held, bit, value);
+        axis->switches = (uint8_t)drive_with_bit(axis->switches, bit, value);
         return 0;
     }
     if (bit < 16)
         return -EINVAL;
     d->axis[channel / DRIVE_INPUTS].user_inputs =
-        with_bit(d->axis[channel / DRIVE_INPUTS].user_inputs, bit, value);
+        drive_with_bit(d->axis[channel / DRIVE_INPUTS].user_inputs, bit, value);
     return 0;
 }
 
