@@ -36,6 +36,10 @@ BUS_SRC := client.c client_cycle.c client_map.c segment.c slave.c registers.c si
     tgz_native.c \
     tgz_od.c \
     plan.c \
+    drive_cruise.c \
+    topology.c \
+    ports.c \
+    sync.c \
     port/clock.c port/port.c
 HOST_SRC := product.c schedule.c catalogue.c text16.c evidence.c memories.c services.c servo.c dio.c host.c experiment.c
 REPORT_SRC := text.c json.c
@@ -93,9 +97,10 @@ bench: $(BUILD)/tgm $(BUILD)/test/bench $(BUILD)/test/bench_bus template-linked 
 	$(Q)$(BUILD)/test/bench_bus
 
 FUZZ_SECONDS ?= 300
-FUZZERS := fuzz_image fuzz_text
+FUZZERS := fuzz_image fuzz_text \
+    fuzz_segment
 .PHONY: fuzz
-fuzz: $(addprefix $(BUILD)/fuzz/,$(FUZZERS)) ## fuzz the readers of module files and the SDK's text for FUZZ_SECONDS each (default 300)
+fuzz: $(addprefix $(BUILD)/fuzz/,$(FUZZERS)) ## fuzz the readers of module files, the SDK's text and the bus segment for FUZZ_SECONDS each (default 300)
 	$(Q)for fuzzer in $(FUZZERS); do mkdir -p $(BUILD)/fuzz/corpus-$$fuzzer; \
 	    $(BUILD)/fuzz/$$fuzzer -max_total_time=$(FUZZ_SECONDS) -artifact_prefix=$(BUILD)/fuzz/$$fuzzer- \
 	    $(BUILD)/fuzz/corpus-$$fuzzer || exit 1; done
@@ -184,6 +189,13 @@ $(BUILD)/fuzz/fuzz_text: tests/fuzz_text.c sdk/src/number.c sdk/src/text16.c sdk
 	@mkdir -p $(@D)
 	@echo "  FUZZ   $@"
 	$(Q)$(FUZZ_CC) -DTGM_HOST -o $@ $(filter %.c,$^) -lm
+
+# The segment without the master above it: what of the room does not know SOEM.
+SEGMENT_SRC := $(filter-out client%.c wire.c port/%.c,$(BUS_SRC))
+$(BUILD)/fuzz/fuzz_segment: tests/fuzz_segment.c $(addprefix harness/bus/,$(SEGMENT_SRC)) | $(BUILD)/.deps-test
+	@mkdir -p $(@D)
+	@echo "  FUZZ   $@"
+	$(Q)$(FUZZ_CC) -Itests -ffp-contract=off -o $@ $(filter %.c,$^) -lm
 
 -include tests/tests.mk
 -include $(filter-out $(BUILD)/obj/soem/%,$(ROOM_OBJ:.o=.d)) $(CLI_OBJ:.o=.d)

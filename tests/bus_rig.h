@@ -20,6 +20,7 @@
 enum { NOP, APRD, APWR, APRW, FPRD, FPWR, FPRW, BRD, BWR, BRW, LRD, LWR, LRW, ARMW, FRMW };
 
 #define RIG_MAX 8
+#define HOP     ((uint32_t)SEGMENT_HOP_NS)
 
 struct rig {
     struct segment segment;
@@ -93,14 +94,20 @@ static inline size_t frame_add(struct rig *rig, uint8_t command, uint32_t addres
     return at;
 }
 
-static inline bool frame_send(struct rig *rig)
+/* *port: where the frame goes in, then where it came out. */
+static inline bool frame_send_at(struct rig *rig, enum segment_port *port)
 {
     size_t length = rig->used < SEGMENT_FRAME_MIN ? SEGMENT_FRAME_MIN : rig->used;
 
+    rig->now += 10000;
+    return segment_transfer(&rig->segment, port, rig->frame, length, rig->now, NULL);
+}
+
+static inline bool frame_send(struct rig *rig)
+{
     enum segment_port port = SEGMENT_PORT_A;
 
-    rig->now += 10000;
-    return segment_transfer(&rig->segment, &port, rig->frame, length, rig->now, NULL);
+    return frame_send_at(rig, &port);
 }
 
 static inline unsigned frame_wkc(const struct rig *rig, size_t at)

@@ -199,9 +199,14 @@ uint32_t axis_follow_line(struct axis *axis, struct axis_line *line, double wind
         error = l.demand - a.position;
         done++;
     } while (done < steps && error <= window && error >= -window);
-    read_switches(&a);
-    *axis = a;
-    *line = l;
+    axis->position = a.position;
+    axis->velocity = a.velocity;
+    axis->acceleration = a.acceleration;
+    axis->limited = a.limited;
+    read_switches(axis);
+    line->demand = l.demand;
+    line->velocity = l.velocity;
+    line->steps_left = l.steps_left;
     return done;
 }
 
@@ -235,11 +240,4 @@ void axis_coast(struct axis *axis)
 double axis_torque(const struct axis *axis)
 {
     return axis->acceleration / axis->rated;
-}
-
-int64_t axis_floor(double value)
-{
-    int64_t whole = (int64_t)value;
-
-    return whole - ((double)whole > value);
 }

@@ -95,6 +95,11 @@ void axis_coast(struct axis *axis);
 
 double axis_torque(const struct axis *axis); /* of rated */
 /* A whole number, towards minus infinity as encoders count. */
-int64_t axis_floor(double value);
+static inline int64_t axis_floor(double value)
+{
+    int64_t whole = (int64_t)value;
+
+    return whole - ((double)whole > value);
+}
 
 #endif

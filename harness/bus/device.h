@@ -27,7 +27,7 @@ struct device_type;
 struct device_setup {
     const struct device_type *type;
     struct bus_identity identity; /* as it stands in the SII */
-    uint64_t seed; /* differs per slave; the only source of variation */
+    uint64_t seed;                /* differs per slave; the only source of variation */
     uint32_t serial;
     uint16_t alias;
     struct device_emergency emergency;
@@ -44,7 +44,8 @@ struct device_type {
     /* Device emulation: the controller copies AL control to AL status and nobody checks anything,
      * as in terminals without a processor. */
     bool al_emulation;
-    bool dc; /* has a distributed clock; without, its registers do not answer */
+    bool dc;            /* has a distributed clock; without, its registers do not answer */
+    bool dc_delay_only; /* with dc: of the clock there are the receive times of the ports only */
 
     /* NULL for devices without CoE; `od->pdo` then decides the process image sizes. */
     const struct od *od;

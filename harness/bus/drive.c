@@ -27,21 +27,6 @@ bool drive_mode_supported(const struct drive *drive, int number)
     return find_mode(number) && (drive->model->modes & DRIVE_MODE(number));
 }
 
-double drive_revolutions(const struct drive *drive, uint32_t increments)
-{
-    return (double)increments * drive->per_increment;
-}
-
-int64_t drive_increments(const struct drive *drive, double revolutions)
-{
-    return axis_floor(revolutions * drive->increments);
-}
-
-int64_t drive_actual(const struct drive *drive)
-{
-    return drive_increments(drive, drive->axis.position);
-}
-
 int64_t drive_unwrap(const struct drive *drive, int32_t user, int64_t near)
 {
     uint32_t there = (uint32_t)user + (uint32_t)(uint64_t)drive->zero;
@@ -118,14 +103,7 @@ void drive_ramp(struct drive *drive, double velocity, double acceleration)
     axis_follow(&drive->axis, drive->demand, drive->demand_velocity);
 }
 
-double drive_window(const struct drive *drive)
-{
-    return drive->o.following_window == UINT32_MAX
-               ? INFINITY
-               : drive_revolutions(drive, drive->o.following_window);
-}
-
-static bool outside_window(const struct drive *drive)
+static inline bool outside_window(const struct drive *drive)
 {
     double error = drive->demand - drive->axis.position;
     double window = drive_window(drive);
@@ -231,15 +209,6 @@ static uint16_t statusword(const struct drive *drive)
     return (uint16_t)word;
 }
 
-/* Velocities beyond the object's 32 bits show as its limit. */
-static int32_t rounded(double value)
-{
-    double limited = value < INT32_MAX ? value : INT32_MAX;
-
-    limited = limited > INT32_MIN ? limited : INT32_MIN;
-    return (int32_t)(limited + copysign(0.5, limited));
-}
-
 void drive_publish_cyclic(struct drive *drive)
 {
     struct drive_objects *o = &drive->o;
@@ -251,7 +220,7 @@ void drive_publish_cyclic(struct drive *drive)
     drive->rest_stale = true;
     actual = drive_actual(drive);
     o->position_actual = user_position(drive, actual);
-    o->velocity_actual = rounded(drive->axis.velocity * drive->increments);
+    o->velocity_actual = drive_rounded(drive->axis.velocity * drive->increments);
     o->following_error =
         drive->positioned ? (int32_t)(drive_increments(drive, drive->demand) - actual) : 0;
     o->digital_inputs = drive->axis.switches | drive->user_inputs;
@@ -267,8 +236,8 @@ void drive_publish(struct drive *drive)
         return;
     drive->rest_stale = false;
     o->position_demand = user_position(drive, drive_increments(drive, drive->demand));
-    o->velocity_demand = rounded(drive->demand_velocity * drive->increments);
-    o->torque_actual = (int16_t)rounded(axis_torque(&drive->axis) * 1000.0);
+    o->velocity_demand = drive_rounded(drive->demand_velocity * drive->increments);
+    o->torque_actual = (int16_t)drive_rounded(axis_torque(&drive->axis) * 1000.0);
 }
 
 static bool fault_gone(const struct drive *drive)
@@ -355,16 +324,21 @@ void drive_al_state(struct drive *drive, unsigned state)
     drive->stale = true;
 }
 
-/* Torque limits may come with every cycle. */
+/* Torque limits may come with every cycle, and seldom change. */
 static void take_torque_limits(struct drive *drive)
 {
     const struct drive_objects *o = &drive->o;
     uint16_t high = o->torque_high < o->max_torque ? o->torque_high : o->max_torque;
     uint16_t low = o->torque_low < o->max_torque ? o->torque_low : o->max_torque;
 
-    drive->axis.torque_high = lesser(high / 1000.0, drive->axis.peak);
-    drive->axis.torque_low =
-        low == high ? drive->axis.torque_high : lesser(low / 1000.0, drive->axis.peak);
+    if (high != drive->torque_high) {
+        drive->torque_high = high;
+        drive->axis.torque_high = lesser(high / 1000.0, drive->axis.peak);
+    }
+    if (low != drive->torque_low) {
+        drive->torque_low = low;
+        drive->axis.torque_low = lesser(low / 1000.0, drive->axis.peak);
+    }
 }
 
 /* As many sub-steps at once as the mode can do; their following errors but the last's are inside
@@ -380,7 +354,8 @@ static uint32_t run(struct drive *drive, uint32_t steps)
         return 1;
     }
     steps = mode->run(drive, steps);
-    watch_following_error(drive);
+    if (outside_window(drive))
+        watch_following_error(drive);
     return steps;
 }
 
@@ -421,6 +396,7 @@ static void start(struct drive *drive)
     describe(drive);
     cia402_init(&drive->machine);
     drive->al_state = AL_INIT;
+    drive->torque_high = drive->torque_low = -1;
     drive->modes = drive->model->modes;
     drive->o.mode_display = drive->o.mode;
     drive_resolution(drive, drive->model->axis->resolution);

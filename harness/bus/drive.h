@@ -11,6 +11,8 @@
 #include "bus/axis.h"
 #include "bus/cia402.h"
 
+#include <math.h>
+
 enum drive_mode_number {
     DRIVE_PP = 1,
     DRIVE_PV = 3,
@@ -114,9 +116,10 @@ struct drive {
     bool rest_stale;      /* those that drive_publish_cyclic() leaves out are */
     uint32_t user_inputs; /* bits 16..31 of the digital inputs */
 
-    double increments;    /* per revolution */
-    double per_increment; /* revolutions */
-    double low, high;     /* software position limits, rev; +-AXIS_NEVER: off */
+    int32_t torque_high, torque_low; /* limits that the axis knows of, 0.1 % of rated; -1: none */
+    double increments;               /* per revolution */
+    double per_increment;            /* revolutions */
+    double low, high;                /* software position limits, rev; +-AXIS_NEVER: off */
 
     double demand, demand_velocity; /* rev, rev/s: what the position loop follows */
     int64_t zero;                   /* encoder increments where the master's zero is */
@@ -187,10 +190,39 @@ extern const struct drive_mode drive_cyclic_position, drive_cyclic_velocity, dri
 extern const struct drive_mode drive_interpolated_position, drive_profile_torque;
 
 /* Shared by the modes. */
-double drive_revolutions(const struct drive *drive, uint32_t increments);
-int64_t drive_increments(const struct drive *drive, double revolutions);
-int64_t drive_actual(const struct drive *drive); /* encoder increments */
-double drive_window(const struct drive *drive);  /* of the following error, rev */
+static inline double drive_revolutions(const struct drive *drive, uint32_t increments)
+{
+    return (double)increments * drive->per_increment;
+}
+
+static inline int64_t drive_increments(const struct drive *drive, double revolutions)
+{
+    return axis_floor(revolutions * drive->increments);
+}
+
+/* In encoder increments. */
+static inline int64_t drive_actual(const struct drive *drive)
+{
+    return drive_increments(drive, drive->axis.position);
+}
+
+/* Of the following error, in revolutions. */
+static inline double drive_window(const struct drive *drive)
+{
+    return drive->o.following_window == UINT32_MAX
+               ? INFINITY
+               : drive_revolutions(drive, drive->o.following_window);
+}
+
+/* Values beyond an object's 32 bits show as its limit. */
+static inline int32_t drive_rounded(double value)
+{
+    double limited = value < INT32_MAX ? value : INT32_MAX;
+
+    limited = limited > INT32_MIN ? limited : INT32_MIN;
+    return (int32_t)(limited + copysign(0.5, limited));
+}
+
 /* Increments of the master (32 bits, wrapping) as encoder increments close to `near`. */
 int64_t drive_unwrap(const struct drive *drive, int32_t user, int64_t near);
 /* The demand starts from where the axis is and moves. */

@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
+#include "bus/drive_cruise.h"
 #include "bus/drive_device.h"
 
 #include <errno.h>
@@ -226,7 +227,13 @@ void drive_device_state(void *device, unsigned al_state, uint64_t now_ns)
     for (unsigned i = 0; i < d->kind->axes; i++)
         drive_al_state(&d->axis[i], al_state);
     d->maps_rest = maps_rest(d);
+    d->cruises = d->kind->axes == 1 && drive_cruise_fits(&d->image[PDO_RX], &d->image[PDO_TX]);
     drive_device_report(d);
+}
+
+static inline bool has_news(const struct drive_device *d)
+{
+    return d->axis[0].o.error_code != d->reported[0] || d->axis[1].o.error_code != d->reported[1];
 }
 
 void drive_device_step(void *device, uint64_t now_ns)
@@ -235,7 +242,8 @@ void drive_device_step(void *device, uint64_t now_ns)
 
     for (unsigned i = 0; i < d->kind->axes; i++)
         drive_step(&d->axis[i], now_ns);
-    drive_device_report(d);
+    if (has_news(d))
+        drive_device_report(d);
 }
 
 void drive_device_outputs(void *device, const uint8_t *data, size_t length, uint64_t now_ns)
@@ -243,6 +251,11 @@ void drive_device_outputs(void *device, const uint8_t *data, size_t length, uint
     struct drive_device *d = device;
 
     (void)length; /* the sync manager has the length of the mapping since SAFEOP */
+    if (d->cruises && drive_cruise_outputs(&d->axis[0], data, now_ns)) {
+        if (has_news(d))
+            drive_device_report(d);
+        return;
+    }
     pdo_outputs_to_objects(d->kind->od, device, data);
     for (unsigned i = 0; i < d->kind->axes; i++)
         drive_command(&d->axis[i], now_ns);
@@ -254,13 +267,14 @@ void drive_device_inputs(void *device, uint8_t *data, size_t length)
     struct drive_device *d = device;
 
     (void)length;
+    if (d->cruises && drive_cruise_inputs(&d->axis[0], data))
+        return;
     for (unsigned i = 0; i < d->kind->axes; i++) {
         if (d->maps_rest)
             drive_publish(&d->axis[i]);
         else
             drive_publish_cyclic(&d->axis[i]);
     }
-    d->error_register = d->kind->error_register(d);
     pdo_objects_to_inputs(d->kind->od, device, data);
 }
 

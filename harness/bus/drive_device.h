@@ -41,6 +41,7 @@ struct drive_device {
     struct device_setup setup;
     uint16_t reported[DRIVE_AXES]; /* error codes that history and emergencies know of */
     bool maps_rest;                /* the inputs have more than drive_publish_cyclic() gives */
+    bool cruises;                  /* one axis with the default mapping (drive_cruise.h) */
     uint8_t error_register;        /* 1001 */
     uint8_t history_count;         /* 1003 */
     uint32_t history[DRIVE_HISTORY];

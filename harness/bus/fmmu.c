@@ -149,6 +149,7 @@ static unsigned run_mappings(struct slave *slave, uint32_t address, uint8_t *to,
         if (!((reads && fmmu->reads) || (writes && fmmu->writes)) ||
             !overlap_of(fmmu, address, length, &o))
             continue;
+        slave_catch_up(slave);
         /* Old content goes out, new content comes in: read first. */
         if (reads && fmmu->reads && map_read(slave, fmmu, &o, to))
             done |= 1;
@@ -167,7 +168,6 @@ unsigned slave_logical(struct slave *slave, uint32_t address, uint8_t *data, siz
         slave->logical_first > slave->logical_last || address > slave->logical_last ||
         (uint64_t)address + length <= slave->logical_first)
         return 0;
-    slave_catch_up(slave);
     /* Overlapping input and output areas: writes must see the data as it came in. */
     if (reads && writes && slave->fmmu_crossed) {
         memcpy(incoming, data, length);

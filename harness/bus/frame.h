@@ -16,6 +16,7 @@ enum {
     DG_HEADER = 10,
     DG_WKC = 2,
     DG_LENGTH = 0x07ff,
+    DG_CIRCULATING = 0x4000,
     DG_MORE = 0x8000,
     BYTE_NS = 80,
 };

@@ -99,7 +99,7 @@ static struct plan_stop stop_at(struct slave *slave, const struct plan_shape *sh
     }
     if (all && ((all & PLAN_MAPPED) || slave->fmmu_crossed))
         all = PLAN_MAPPED;
-    if (shape->clock && (slave->memory[REG_FEATURES] & FEATURE_DC))
+    if (shape->clock && slave->type->dc && !slave->type->dc_delay_only)
         all |= slave_is_addressed(slave, shape->station) ? PLAN_REFERENCE : PLAN_FOLLOW;
     stop.actions = (uint8_t)all;
     return stop;
@@ -110,7 +110,7 @@ static bool suits(struct slave *slave)
 {
     unsigned mask = get_u16(slave->memory + REG_ECAT_EVENT_MASK);
 
-    return slave->powered && !(mask & ~(unsigned)EVENT_DL_STATUS) && !slave_irq(slave);
+    return !slave->protected && !(mask & ~(unsigned)EVENT_DL_STATUS) && !slave_irq(slave);
 }
 
 static void start_over(struct segment *segment)
@@ -120,7 +120,7 @@ static void start_over(struct segment *segment)
     plans->made_at = plans->changes;
     plans->count = plans->last = plans->stops = 0;
     plans->marks = false;
-    plans->refused = !segment_is_whole(segment);
+    plans->refused = false;
     for (size_t i = 0; i < segment->count; i++) {
         struct slave *slave = &segment->slaves[i];
 
@@ -193,7 +193,7 @@ static inline void copy(uint8_t *to, const uint8_t *from, size_t length)
 
 static inline void show(const struct plan_move *move, unsigned set, unsigned clear)
 {
-    const unsigned gone = SM_STATUS_FULL | SM_STATUS_BUFFER;
+    const unsigned gone = SM_STATUS_FULL | SM_STATUS_BUFFER | SM_STATUS_READING | SM_STATUS_WRITING;
 
     *move->status = (uint8_t)((*move->status & ~(gone | clear)) | set | move->sm->latest << 4);
 }
@@ -273,12 +273,16 @@ static void travel(struct segment *segment, const struct plan *plan, uint8_t *da
         struct slave *slave = stop->slave;
 
         slave_meet(slave, now_ns + slave->delay_ns);
-        if (stop->actions & (PLAN_READ | PLAN_WRITE | PLAN_MAPPED))
+        if ((stop->actions & (PLAN_READ | PLAN_WRITE | PLAN_MAPPED)) && !slave->mute)
             counted += move_data(stop, shape, data);
-        if (stop->actions & PLAN_FOLLOW)
-            clocks++, dc_follow(slave, get_u32(time));
-        else if (stop->actions & PLAN_REFERENCE)
+        if (stop->actions & PLAN_FOLLOW) {
+            if (slave->type->sync)
+                slave_catch_up(slave);
+            dc_follow(slave, get_u32(time));
+            clocks++;
+        } else if (stop->actions & PLAN_REFERENCE) {
             clocks += slave_read(slave, REG_DC_SYSTEM_TIME, time, sizeof(uint64_t));
+        }
         if (slave->outputs_fresh)
             slave_settle(slave);
     }
@@ -302,6 +306,7 @@ bool plan_transfer(struct segment *segment, uint8_t *frame, size_t length, uint6
     plan = find(plans, &shape);
     if (!plan)
         plan = make(segment, &shape);
+    plans->served++;
     if (plans->marks)
         frame[SOURCE_MAC] |= LOCAL_BIT;
     travel(segment, plan, frame + ETHER_HEADER + ECAT_HEADER, now_ns);

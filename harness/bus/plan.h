@@ -57,6 +57,7 @@ struct plan {
 
 struct plans {
     bool off;         /* everything goes the general way */
+    uint64_t served;  /* frames that went by a plan */
     uint32_t changes; /* of anything that plans depend on */
     uint32_t made_at; /* value of `changes` the plans below belong to */
     bool refused;     /* the segment is in no state for plans */

@@ -14,7 +14,7 @@ enum {
     ERROR_LOAD = 0x10,
     ERROR_COMMAND = 0x20,
     ERROR_WRITE = 0x40,
-    ERRORS = 0x78,
+    ERRORS = ERROR_CHECKSUM | ERROR_COMMAND | ERROR_WRITE, /* that any command clears */
     BUSY = 0x80,
 
     OWNER_PDI = 0x01,
@@ -115,6 +115,7 @@ static void add_general(struct writer *w, const struct sii_info *info)
     size_t body = begin(w, CAT_GENERAL);
 
     general[5] = info->coe_details;
+    general[11] = info->flags;
     put_u16(general + 12, (uint16_t)info->ebus_current);
     put_u16(general + 16, info->ports);
     add(w, general, sizeof general);

@@ -25,10 +25,24 @@ static void take_identity(struct sii_info *sii, const struct bus_identity *ident
         sii->revision = identity->revision;
 }
 
+static void send_emergency(void *to, uint16_t code, uint8_t error_register, const uint8_t own[5])
+{
+    mailbox_emergency(to, code, error_register, own);
+}
+
+static bool mailbox_fits(const struct sii_mailbox *m)
+{
+    if (!m->out_size && !m->in_size)
+        return true;
+    return m->out_size >= MAILBOX_MIN && m->out_size <= MAILBOX_MAX && m->in_size >= MAILBOX_MIN &&
+           m->in_size <= MAILBOX_MAX;
+}
+
 int slave_init(struct slave *slave, const struct slave_setup *setup)
 {
     const struct device_type *type = setup->type;
     struct device_setup device = { .type = type,
+                                   .emergency = { send_emergency, slave },
                                    .seed = setup->seed,
                                    .serial = setup->serial,
                                    .stimuli = setup->stimuli,
@@ -47,7 +61,7 @@ int slave_init(struct slave *slave, const struct slave_setup *setup)
     slave->output_sm = sm_of_type(type->sii, SII_SM_OUTPUTS);
     slave->input_sm = sm_of_type(type->sii, SII_SM_INPUTS);
     slave->logical_first = UINT32_MAX;
-    if (type->sii->mailbox.out_size > MAILBOX_MAX || type->sii->mailbox.in_size > MAILBOX_MAX)
+    if (!mailbox_fits(&type->sii->mailbox))
         return -EINVAL;
     if (!sii_build(&sii, setup->serial, setup->alias, slave->image))
         return -EINVAL;
@@ -61,17 +75,38 @@ int slave_init(struct slave *slave, const struct slave_setup *setup)
     return 0;
 }
 
-void slave_power_on(struct slave *slave, uint64_t now_ns)
+/* Everything the controller and its processor know is gone. */
+static void forget(struct slave *slave)
 {
     al_fall(slave, AL_INIT, AL_CODE_NONE);
-    slave->now_ns = slave->frame_ns = now_ns;
+    memset(&slave->al, 0, sizeof slave->al);
+    slave->sii_busy_until = 0;
+    slave->outputs_fresh = false;
     slave_changed(slave);
     registers_reset(slave);
-    sii_load(slave, true);
     if (slave->type->od)
         od_reset(slave->type->od, slave->device);
     if (slave->type->power_on)
-        slave->type->power_on(slave->device, now_ns);
+        slave->type->power_on(slave->device, slave->now_ns);
+}
+
+void slave_power_on(struct slave *slave, uint64_t now_ns)
+{
+    slave_advance(slave, now_ns);
+    slave->powered = true;
+    forget(slave);
+    sii_load(slave, true);
+    dc_power_on(slave);
+    slave->due_ns = SLAVE_NEVER;
+}
+
+void slave_power_off(struct slave *slave, uint64_t now_ns)
+{
+    slave_advance(slave, now_ns);
+    slave->powered = false;
+    forget(slave);
+    memset(slave->memory + REG_RAM, 0, sizeof slave->memory - REG_RAM);
+    slave->due_ns = SLAVE_NEVER;
 }
 
 static uint64_t earlier(uint64_t a, uint64_t b)
@@ -89,7 +124,7 @@ static void find_due(struct slave *slave)
         due = earlier(due, slave->mailbox.due_ns);
     if (slave->watchdog.running)
         due = earlier(due, slave->watchdog.deadline_ns);
-    slave->due_ns = due;
+    slave->due_ns = earlier(due, slave->sync.due_ns);
 }
 
 static void run_due(struct slave *slave)
@@ -98,6 +133,8 @@ static void run_due(struct slave *slave)
     if (slave->mailbox.request && slave->now_ns >= slave->mailbox.due_ns)
         mailbox_run(slave);
     watchdog_run(slave);
+    if (slave->now_ns >= slave->sync.due_ns)
+        sync_run(slave);
     find_due(slave);
 }
 
@@ -106,14 +143,13 @@ void slave_advance(struct slave *slave, uint64_t now_ns)
     slave->behind = false;
     if (now_ns < slave->now_ns)
         return;
-    if (now_ns > slave->frame_ns)
-        slave->frame_ns = now_ns;
     /* Time passes for the device first, so that an event finds it as it is at that very moment. */
     while (slave->due_ns <= now_ns) {
-        slave_pass(slave,
-                   earlier(slave->due_ns > slave->now_ns ? slave->due_ns : slave->now_ns, now_ns));
+        slave->frame_ns = slave->due_ns > slave->now_ns ? slave->due_ns : slave->now_ns;
+        slave_pass(slave, slave->frame_ns);
         run_due(slave);
     }
+    slave->frame_ns = now_ns;
     slave_pass(slave, now_ns);
     slave_publish_inputs(slave);
 }
@@ -122,6 +158,7 @@ void slave_settle(struct slave *slave)
 {
     unsigned n = (unsigned)slave->output_sm;
 
+    slave->unlocked = 0;
     if (!slave->outputs_fresh)
         return;
     slave->outputs_fresh = false;
@@ -142,10 +179,10 @@ bool slave_is_addressed(const struct slave *slave, uint16_t station)
             station == get_u16(m + REG_STATION_ALIAS));
 }
 
-/* The distributed clock runs by itself: its times interest nobody behind it. */
-static bool needs_life(uint16_t address, size_t length)
+/* The distributed clock runs by itself: its times interest only devices that wait for pulses. */
+static bool needs_life(const struct slave *slave, uint16_t address, size_t length)
 {
-    return address < REG_DC_PORT_TIME || address + length > REG_DC_CUC;
+    return address < REG_DC_PORT_TIME || address + length > REG_DC_CUC || slave->type->sync;
 }
 
 /* One access is cut at the borders of the register file, of sync managers and of the memory. */
@@ -154,7 +191,7 @@ bool slave_read(struct slave *slave, uint16_t address, uint8_t *data, size_t len
     uint32_t at = address, end = (uint32_t)(address + length);
     bool any = false;
 
-    if (needs_life(address, length))
+    if (needs_life(slave, address, length))
         slave_catch_up(slave);
     while (at < end && at < SLAVE_MEMORY) {
         size_t n = (end < SLAVE_MEMORY ? end : SLAVE_MEMORY) - at;
@@ -185,7 +222,7 @@ bool slave_write(struct slave *slave, uint16_t address, const uint8_t *data, siz
     uint32_t at = address, end = (uint32_t)(address + length);
     bool any = false;
 
-    if (needs_life(address, length))
+    if (needs_life(slave, address, length))
         slave_catch_up(slave);
     while (at < end && at < SLAVE_MEMORY) {
         size_t n = (end < SLAVE_MEMORY ? end : SLAVE_MEMORY) - at;
@@ -198,6 +235,10 @@ bool slave_write(struct slave *slave, uint16_t address, const uint8_t *data, siz
             sm = syncman_at(slave, at, n, &n);
         if (!sm && at < REG_RAM)
             n = n < REG_RAM - at ? n : REG_RAM - at;
+        if (slave->protected && at >= REG_DIGITAL_OUT && !registers_writable(slave, at)) {
+            at += (uint32_t)n;
+            continue;
+        }
         if (sm) {
             any |= syncman_master_write(slave, sm, at, from, n);
         } else if (at < REG_RAM) {
@@ -221,7 +262,9 @@ unsigned slave_exchange(struct slave *slave, uint16_t address, uint8_t *data, si
     memcpy(old, data, length);
     if (slave_read(slave, address, old, length))
         done |= 1;
-    if (slave_write(slave, address, data, length))
+    /* Reading and writing may be set apart by a fixed distance. */
+    if (slave_write(slave, (uint16_t)(address + get_u16(slave->memory + REG_PHYSICAL_OFFSET)), data,
+                    length))
         done |= 2;
     memcpy(data, old, length);
     return done;

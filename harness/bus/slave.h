@@ -65,6 +65,7 @@ struct watchdog {
 };
 
 struct dc {
+    int64_t born_local; /* local time at power-on */
     uint64_t anchor_ns; /* virtual time of the anchor */
     int64_t anchor_local;
     int64_t drift_ppb;
@@ -75,30 +76,55 @@ struct dc {
     int64_t mean;
 };
 
+/* A port of the controller. 0: towards the master's port A, 1: away from it. */
+struct port {
+    bool link;   /* a cable with somebody at its other end */
+    bool closed; /* what would leave here turns round */
+    bool hears;  /* frames that this slave processes come in here, sooner or later */
+};
+
+struct dc_sync {
+    bool running;
+    uint64_t start;   /* as written */
+    bool pending[2];  /* first pulse yet to come */
+    uint64_t next[2]; /* system time of the next pulse, SLAVE_NEVER none */
+    uint64_t due_ns;  /* virtual time of the earliest that somebody waits for */
+};
+
 /* What a cycle touches comes first: with many slaves the cache lines count. */
 struct slave {
     const struct device_type *type;
     void *device;
     uint64_t now_ns;   /* virtual time up to which this slave has lived */
-    uint64_t frame_ns; /* time of the frame at this slave; not before now_ns during an access */
-    uint64_t due_ns;   /* earliest of al, mailbox, watchdog; may be too early, never too late */
+    uint64_t frame_ns; /* time of the frame at this slave; during an event, of the event */
+    uint64_t due_ns; /* earliest of al, mailbox, watchdog, sync; may be too early, never too late */
     uint32_t delay_ns; /* from the master to this slave's processing unit */
     bool powered;
     bool behind; /* a frame is here and the slave has not lived up to it yet */
     bool outputs_fresh;
     uint8_t state; /* AL state without error bit */
     int8_t output_sm, input_sm;
-    uint8_t sm_end; /* one past the last enabled */
+    bool mute;         /* no logical command is processed, as with sync managers deactivated */
+    uint8_t protected; /* bit 0 registers, bit 1 everything */
+    uint8_t unlocked;  /* likewise, for the rest of this frame */
+    uint8_t sm_end;    /* one past the last enabled */
     uint8_t fmmu_end;
     bool fmmu_crossed; /* a read and a write mapping share logical bytes */
 
     struct syncman sm[SLAVE_SMS];
     struct watchdog watchdog;
     struct dc dc;
+    struct dc_sync sync;
     struct al al;
     uint32_t *changes; /* see slave_changed() */
     uint32_t logical_first, logical_last;
-    uint32_t return_ns; /* from there round the rest of the chain back to port 1; 0: last slave */
+
+    struct port port[2];
+    int32_t
+        port1_ns; /* from there until the frame is heard at port 1; negative: it came from there */
+    uint64_t loops_until_ns; /* temporary loop settings hold until then */
+    uint8_t loops_before;
+    bool rerouted; /* loops have changed; for the segment to see */
 
     struct fmmu fmmu[SLAVE_FMMUS];
     struct mailbox mailbox;
@@ -120,12 +146,14 @@ struct slave_setup {
 };
 
 /* Power-on at virtual time 0. 0, or -EINVAL when the type's SII does not build or its mailbox is
- * larger than MAILBOX_MAX. */
+ * larger than MAILBOX_MAX or too small for an SDO. */
 int slave_init(struct slave *slave, const struct slave_setup *setup);
 
 /* Switched on again: registers, SII, application and state as after slave_init(); what the machine
  * behind it did (an axis' position) stays. */
 void slave_power_on(struct slave *slave, uint64_t now_ns);
+/* Switched off: its machine is left to itself. */
+void slave_power_off(struct slave *slave, uint64_t now_ns);
 
 /* Lets virtual time at this slave pass up to now_ns; earlier times are ignored. Whoever reaches
  * into a slave or its device without a frame calls this first. */

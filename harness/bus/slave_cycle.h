@@ -18,7 +18,8 @@ static inline void syncman_publish(struct slave *slave, unsigned n, unsigned set
 {
     const struct syncman *sm = &slave->sm[n];
     uint8_t *status = slave->memory + REG_SM + (size_t)n * SM_SIZE + SM_STATUS;
-    unsigned value = *status & ~(unsigned)(SM_STATUS_FULL | SM_STATUS_BUFFER | clear);
+    unsigned value = *status & ~(unsigned)(SM_STATUS_FULL | SM_STATUS_BUFFER | SM_STATUS_READING |
+                                           SM_STATUS_WRITING | clear);
 
     value |= set;
     if (sm->mailbox && sm->full)

@@ -36,6 +36,9 @@ static void decode(struct slave *slave, struct syncman *sm)
     sm->latest = SYNCMAN_NO_BUFFER;
     sm->master_at = 0;
     sm->device_at = 1;
+    /* What came in before is no longer where it was. */
+    if (sm - slave->sm == slave->output_sm)
+        slave->outputs_fresh = false;
     syncman_publish(slave, index_of(slave, sm), 0, 0xff);
 }
 
@@ -126,6 +129,9 @@ static uint8_t *master_window(struct slave *slave, struct syncman *sm, uint32_t 
         return NULL;
     if (offset + length == sm->length)
         sm->open = false;
+    else
+        sm_registers(slave, sm)[SM_STATUS] |=
+            sm->master_writes ? SM_STATUS_WRITING : SM_STATUS_READING;
     return slave->memory + address + (sm->buffered ? (size_t)sm->master_at * sm->length : 0);
 }
 
