@@ -86,6 +86,8 @@ static const struct drive_model ideal = {
         .outputs = drive_device_outputs,                                                           \
         .inputs = drive_device_inputs,                                                             \
         .set_input = drive_device_set_input,                                                       \
+        .get_input = drive_device_get_input,                                                       \
+        .free_input = drive_device_free_input,                                                     \
         .fault = drive_device_fault,                                                               \
     }
 

@@ -199,6 +199,29 @@ static int set_input(void *device, unsigned channel, int64_t value)
     return error;
 }
 
+static int get_input(const void *device, unsigned channel, int64_t *value)
+{
+    const struct tgz_device *tgz = device;
+
+    if (channel >= CHANNEL_ANALOG && channel < CHANNEL_ANALOG + DRIVE_AXES)
+        *value = tgz->reg[channel - CHANNEL_ANALOG].analog;
+    else if (channel >= CHANNEL_INPUTS && channel < CHANNEL_INPUTS + INPUTS)
+        *value = tgz->inputs >> (channel - CHANNEL_INPUTS) & 1;
+    else if (channel < CHANNEL_ANALOG && channel % DRIVE_INPUTS < CHANNEL_INPUTS)
+        return drive_device_get_input(device, channel, value);
+    else
+        return -EINVAL;
+    return 0;
+}
+
+static void free_input(void *device, unsigned channel)
+{
+    if (channel < CHANNEL_ANALOG && channel % DRIVE_INPUTS < CHANNEL_INPUTS)
+        drive_device_free_input(device, channel);
+    else
+        set_input(device, channel, 0);
+}
+
 static int fault(void *device, unsigned axis, uint16_t code, uint64_t now_ns)
 {
     struct tgz_device *tgz = device;
@@ -348,6 +371,8 @@ static const struct sii_info sii_native = SII(native, TGZ_NATIVE_BYTES);
         .inputs = inputs,                                                                          \
         .sync = sync_pulse,                                                                        \
         .set_input = set_input,                                                                    \
+        .get_input = get_input,                                                                    \
+        .free_input = free_input,                                                                  \
         .fault = fault,                                                                            \
     }
 

@@ -283,27 +283,57 @@ uint32_t drive_with_bit(uint32_t word, unsigned bit, bool value)
     return (word & ~(1u << bit)) | (uint32_t)value << bit;
 }
 
+/* The axis that has the channel, NULL when none has. */
+static const struct drive *channel_axis(const struct drive_device *d, unsigned channel)
+{
+    unsigned bit = channel % DRIVE_INPUTS;
+
+    if (channel / DRIVE_INPUTS >= d->kind->axes || (!(1u << bit & AXIS_SWITCHES) && bit < 16))
+        return NULL;
+    return &d->axis[channel / DRIVE_INPUTS];
+}
+
 int drive_device_set_input(void *device, unsigned channel, int64_t value)
 {
     struct drive_device *d = device;
     unsigned bit = channel % DRIVE_INPUTS;
+    struct drive *drive;
     struct axis *axis;
 
-    if (channel / DRIVE_INPUTS >= d->kind->axes || value < 0 || value > 1)
+    if (!channel_axis(d, channel) || value < 0 || value > 1)
         return -EINVAL;
-    d->axis[channel / DRIVE_INPUTS].stale = true;
-    axis = &d->axis[channel / DRIVE_INPUTS].axis;
-    if (1u << bit & AXIS_SWITCHES) {
+    drive = &d->axis[channel / DRIVE_INPUTS];
+    axis = &drive->axis;
+    drive->stale = true;
+    if (bit < 16) {
         axis->held_mask = (uint8_t)(axis->held_mask | 1u << bit);
         axis->held = (uint8_t)drive_with_bit(axis->held, bit, value);
         axis->switches = (uint8_t)drive_with_bit(axis->switches, bit, value);
-        return 0;
+    } else {
+        drive->user_inputs = drive_with_bit(drive->user_inputs, bit, value);
     }
-    if (bit < 16)
-        return -EINVAL;
-    d->axis[channel / DRIVE_INPUTS].user_inputs =
-        drive_with_bit(d->axis[channel / DRIVE_INPUTS].user_inputs, bit, value);
     return 0;
+}
+
+int drive_device_get_input(const void *device, unsigned channel, int64_t *value)
+{
+    const struct drive *drive = channel_axis(device, channel);
+
+    if (!drive)
+        return -EINVAL;
+    *value = (drive->axis.switches | drive->user_inputs) >> channel % DRIVE_INPUTS & 1;
+    return 0;
+}
+
+void drive_device_free_input(void *device, unsigned channel)
+{
+    struct drive_device *d = device;
+    unsigned bit = channel % DRIVE_INPUTS;
+
+    if (drive_device_set_input(device, channel, 0) || bit >= 16)
+        return;
+    d->axis[channel / DRIVE_INPUTS].axis.held_mask &= (uint8_t) ~(1u << bit);
+    axis_look(&d->axis[channel / DRIVE_INPUTS].axis);
 }
 
 /* --- object dictionary --- */

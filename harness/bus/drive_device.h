@@ -5,7 +5,7 @@
  *
  * Inputs that the outside world can hold (bus_set_input), channel = 32 * axis + bit of 0x60FD:
  *   0, 1, 2   negative limit, positive limit, home switch, instead of the machine's own
- *   16 .. 31  user inputs
+ *   16 .. 31  user inputs, low when nobody holds them
  * Values are 0 and 1.
  */
 #ifndef HARNESS_BUS_DRIVE_DEVICE_H
@@ -59,6 +59,8 @@ void drive_device_step(void *device, uint64_t now_ns);
 void drive_device_outputs(void *device, const uint8_t *data, size_t length, uint64_t now_ns);
 void drive_device_inputs(void *device, uint8_t *data, size_t length);
 int drive_device_set_input(void *device, unsigned channel, int64_t value);
+int drive_device_get_input(const void *device, unsigned channel, int64_t *value);
+void drive_device_free_input(void *device, unsigned channel);
 int drive_device_fault(void *device, unsigned axis, uint16_t code, uint64_t now_ns);
 
 /* Callbacks of struct od. */
