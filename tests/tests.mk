@@ -26,6 +26,7 @@ IMAGE_TESTS := test_image test_image_real test_image_bad test_image_damage test_
 MACHINE_TESTS := test_machine test_machine_call test_machine_load test_machine_seal test_worker
 BUS_TESTS := test_segment test_slave test_coe test_drive test_bus \
     test_drive2 \
+    test_tgz \
     test_topology \
     test_plan \
     test_bus_alloc \

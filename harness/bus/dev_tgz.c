@@ -91,7 +91,7 @@ static void watch_period(struct tgz_device *tgz, uint64_t now_ns)
 
     tgz->outputs_ns = now_ns;
     tgz->packet_us = (uint32_t)(packet / 1000);
-    if (!sync || !packet || away <= sync / 2) {
+    if (!sync || !packet || away <= sync / 4) {
         tgz->wrong_periods = 0;
         return;
     }
