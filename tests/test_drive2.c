@@ -262,8 +262,14 @@ static void a_rotary_axis_has_no_ends_and_finds_its_cam(void **state)
     command(&b, 0, 0x1f);
     run(&b, 20000);
     assert_int_equal(b.drive->o.statusword & 0x3400, 0x1400);
-    /* The cam lets go at whole revolutions. */
+    /* The cam lets go at whole revolutions, and is reached half a revolution before. */
     assert_in_range((uint64_t)(b.drive->zero + 64) % (1 << 20), 0, 128);
+    b.drive->axis.position = 7.499;
+    axis_look(&b.drive->axis);
+    assert_int_equal(b.drive->axis.switches, 0);
+    b.drive->axis.position = -7.499;
+    axis_look(&b.drive->axis);
+    assert_int_equal(b.drive->axis.switches, AXIS_SWITCH_HOME);
     bench_close(&b);
 }
 
@@ -534,6 +540,13 @@ static void velocities_end_at_their_limits(void **state)
     b.drive->o.target_velocity = 8 << 20;
     run(&b, 400);
     assert_in_range(b.drive->o.velocity_demand, (2 << 20) - 1, (2 << 20) + 1);
+    b.drive->o.mode = DRIVE_PP;
+    b.drive->o.target_position = b.drive->o.position_actual + (4 << 20);
+    command(&b, 0, 0x1f);
+    run(&b, 500);
+    assert_in_range(b.drive->o.velocity_demand, (2 << 20) - 1, (2 << 20) + 1);
+    run(&b, 3000);
+    command(&b, 0, 0x0f);
     b.drive->o.mode = DRIVE_CSV; /* the limit of profiles does not concern it, the motor's does */
     assert_int_equal(write_u32(&b, 0x6080, 0, 240, 4), 0);
     run(&b, 400);
