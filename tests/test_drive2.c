@@ -541,6 +541,7 @@ static void velocities_end_at_their_limits(void **state)
     run(&b, 400);
     assert_in_range(b.drive->o.velocity_demand, (2 << 20) - 1, (2 << 20) + 1);
     b.drive->o.mode = DRIVE_PP;
+    exchange(&b);
     b.drive->o.target_position = b.drive->o.position_actual + (4 << 20);
     command(&b, 0, 0x1f);
     run(&b, 500);
