@@ -31,6 +31,10 @@ BUS_SRC := client.c client_cycle.c client_map.c segment.c slave.c registers.c si
     watchdog.c mailbox.c coe.c coe_info.c od.c pdo.c cia402.c axis.c devices.c dev_drive.c drive.c drive_cyclic.c \
     drive_homing.c drive_od.c drive_profile.c dev_dio.c wire.c \
     drive_device.c \
+    dev_tgz.c \
+    tgz_errors.c \
+    tgz_native.c \
+    tgz_od.c \
     plan.c \
     drive_cruise.c \
     topology.c \

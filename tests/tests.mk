@@ -25,6 +25,8 @@ IMAGE_TESTS := test_image test_image_real test_image_bad test_image_damage test_
     test_image_pe test_image_pe_bad test_image_arm test_image_flat
 MACHINE_TESTS := test_machine test_machine_call test_machine_load test_machine_seal test_worker
 BUS_TESTS := test_segment test_slave test_coe test_drive test_bus \
+    test_drive2 \
+    test_tgz \
     test_topology \
     test_plan \
     test_cruise \

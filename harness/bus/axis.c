@@ -127,6 +127,11 @@ void axis_coast(struct axis *axis)
     axis_read_switches(axis);
 }
 
+void axis_look(struct axis *axis)
+{
+    read_switches(axis);
+}
+
 double axis_torque(const struct axis *axis)
 {
     return axis->acceleration / axis->rated;

@@ -85,6 +85,8 @@ void axis_push(struct axis *axis, double torque);
 /* Power off: the shorted windings brake it. */
 void axis_coast(struct axis *axis);
 
+/* The switches where the axis stands. */
+void axis_look(struct axis *axis);
 double axis_torque(const struct axis *axis); /* of rated */
 /* A whole number, towards minus infinity as encoders count. */
 static inline int64_t axis_floor(double value)

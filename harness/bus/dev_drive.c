@@ -68,7 +68,7 @@ static const struct drive_model ideal = {
         .axes = axes_,                                                                             \
         .history = 8,                                                                              \
         .model = { one_, two_ },                                                                   \
-        .register_bits = drive_register_bits,                                                      \
+        .error_register = drive_error_register,                                                    \
         .history_entry = drive_history_entry,                                                      \
     };                                                                                             \
     const struct device_type dev_##symbol_ = {                                                     \
@@ -87,6 +87,8 @@ static const struct drive_model ideal = {
         .outputs = drive_device_outputs,                                                           \
         .inputs = drive_device_inputs,                                                             \
         .set_input = drive_device_set_input,                                                       \
+        .get_input = drive_device_get_input,                                                       \
+        .free_input = drive_device_free_input,                                                     \
         .fault = drive_device_fault,                                                               \
     }
 

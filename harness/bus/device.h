@@ -78,6 +78,10 @@ struct device_type {
     /* The outside world holds input `channel` at `value` from now on (bus_set_input). 0 or -EINVAL;
      * NULL: no inputs. */
     int (*set_input)(void *device, unsigned channel, int64_t value);
+    /* What input `channel` shows. 0 or -EINVAL; NULL: it cannot be told. */
+    int (*get_input)(const void *device, unsigned channel, int64_t *value);
+    /* The outside world lets go of input `channel` again: its stimuli count. NULL: it cannot. */
+    void (*free_input)(void *device, unsigned channel);
     /* Something in the device breaks: axis `axis` (from 0) goes into fault reaction with the CiA
      * 402 error code. 0 or -EINVAL; NULL: cannot. */
     int (*fault)(void *device, unsigned axis, uint16_t code, uint64_t now_ns);

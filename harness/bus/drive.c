@@ -281,12 +281,27 @@ void drive_command(struct drive *drive, uint64_t now_ns)
     }
 }
 
+/* Modes with a position or speed of their own can ramp down on an error. */
+static double emergency_ramp(const struct drive *drive, uint16_t code)
+{
+    static const uint32_t ramping = DRIVE_MODE(DRIVE_PP) | DRIVE_MODE(DRIVE_PV) |
+                                    DRIVE_MODE(DRIVE_HM) | DRIVE_MODE(DRIVE_IP) |
+                                    DRIVE_MODE(DRIVE_CSP);
+    int bit = drive->model->error_bit ? drive->model->error_bit(code) : -1;
+    int mode = drive->o.mode_display;
+
+    if (bit < 0 || !(drive->o.error_mask >> bit & 1) || !mode || !(ramping & DRIVE_MODE(mode)))
+        return 0.0;
+    return drive->o.emergency_ramp / 60.0;
+}
+
 void drive_fault(struct drive *drive, uint16_t code)
 {
     if (!cia402_fail(&drive->machine))
         return;
     drive->o.error_code = code;
     drive->failed_ns = drive->next_ns;
+    drive->reaction = emergency_ramp(drive, code);
     drive->stale = true;
     drive_demand_actual(drive);
     if (drive->o.options.fault_reaction == 0 && drive->reaction <= 0.0)

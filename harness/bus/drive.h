@@ -42,6 +42,8 @@ struct drive_model {
     uint16_t error_communication, error_following;
     uint16_t error_step;    /* a CSP set point out of the axis' reach; 0: no such watch */
     bool stops_at_switches; /* initial value of the limit switch reaction */
+    /* Bit of an error code in error_mask, -1: none. NULL: every fault reaction is 0x605E's. */
+    int (*error_bit)(uint16_t code);
 };
 
 /* Limit switch reactions (0x2001). */
@@ -86,7 +88,10 @@ struct drive_objects {
     uint32_t digital_inputs;       /* 60FD */
     int32_t target_velocity;       /* 60FF, increments/s */
     uint32_t user_outputs[2];      /* 60FE: levels, mask */
+    int16_t torque_offset;         /* 60B2, 0.1 % of rated */
     uint8_t limit_reaction;        /* 2001, DRIVE_LIMIT_* */
+    uint32_t error_mask;           /* errors whose reaction is the emergency ramp */
+    uint32_t emergency_ramp;       /* rev/min/s */
 };
 
 enum homing_phase {
@@ -121,7 +126,7 @@ struct drive {
     bool positioned;        /* the position loop is closed and the following error watched */
     uint32_t outside_steps; /* sub-steps the following error has been outside its window */
     uint32_t modes;         /* DRIVE_MODE bits of those that may be selected now */
-    double reaction;        /* deceleration of the fault reaction, rev/s^2; 0: as 0x605E says */
+    double reaction;        /* emergency ramp of the last fault, rev/s^2; 0: as 0x605E says */
 
     /* A limit switch has stopped the axis; this controlword, still standing, does not restart it.
      */

@@ -137,7 +137,9 @@ static void cst_command(struct drive *drive, uint64_t now_ns)
 
 static void cst_step(struct drive *drive)
 {
-    double torque = drive->fine ? drive->fine_set_point : drive->o.target_torque / 1000.0;
+    const struct drive_objects *o = &drive->o;
+    double torque =
+        drive->fine ? drive->fine_set_point : (o->target_torque + o->torque_offset) / 1000.0;
 
     drive_demand_actual(drive);
     /* At a software limit the axis is held instead of being pushed further out. */

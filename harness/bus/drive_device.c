@@ -56,8 +56,16 @@ static void set_up_axis(struct drive_device *device, unsigned axis)
     uint64_t seed = device->setup.seed + axis * 0x5bd1e995u;
 
     drive_init(&device->axis[axis], device->kind->model[axis], seed);
-    if (axis >= device->kind->axes)
-        device->axis[axis].machine.state = CIA402_FAULT;
+}
+
+/* Objects of an axis that is not there show a fault for good. */
+static void bury(struct drive_device *device)
+{
+    for (unsigned i = device->kind->axes; i < DRIVE_AXES && device->kind->model[i]; i++) {
+        device->axis[i].machine.state = CIA402_FAULT;
+        device->axis[i].stale = true;
+        drive_publish(&device->axis[i]);
+    }
 }
 
 void drive_device_init(void *device, const struct device_setup *setup)
@@ -69,6 +77,7 @@ void drive_device_init(void *device, const struct device_setup *setup)
     load_defaults(d);
     for (unsigned i = 0; i < DRIVE_AXES && d->kind->model[i]; i++)
         set_up_axis(d, i);
+    bury(d);
 }
 
 void drive_device_power_on(void *device, uint64_t now_ns)
@@ -79,6 +88,7 @@ void drive_device_power_on(void *device, uint64_t now_ns)
     memset(d->reported, 0, sizeof d->reported);
     for (unsigned i = 0; i < d->kind->axes; i++)
         drive_power_on(&d->axis[i], now_ns);
+    bury(d);
 }
 
 /* --- errors --- */
@@ -95,7 +105,7 @@ static const struct {
     { 0x0001, 0xffff, 0x21 }, /* device profile */
 };
 
-uint8_t drive_register_bits(uint16_t code)
+static unsigned register_bits(uint16_t code)
 {
     unsigned i = 0;
 
@@ -104,24 +114,22 @@ uint8_t drive_register_bits(uint16_t code)
     return register_rows[i].bits;
 }
 
-uint32_t drive_history_entry(unsigned axis, uint16_t code)
-{
-    return (uint32_t)axis << 16 | code;
-}
-
-enum { REGISTER_SECOND_AXIS = 0x80 };
-
-static uint8_t error_register(const struct drive_device *d)
+uint8_t drive_error_register(const struct drive_device *device)
 {
     unsigned bits = 0;
 
-    for (unsigned i = 0; i < d->kind->axes; i++) {
-        uint16_t code = d->axis[i].o.error_code;
+    for (unsigned i = 0; i < device->kind->axes; i++) {
+        uint16_t code = device->axis[i].o.error_code;
 
         if (code)
-            bits |= d->kind->register_bits(code) | (i ? (unsigned)REGISTER_SECOND_AXIS : 0u);
+            bits |= register_bits(code) | (i ? (unsigned)DRIVE_REGISTER_SECOND_AXIS : 0u);
     }
     return (uint8_t)bits;
+}
+
+uint32_t drive_history_entry(unsigned axis, uint16_t code)
+{
+    return (uint32_t)axis << 16 | code;
 }
 
 void drive_device_remember(struct drive_device *device, uint32_t entry)
@@ -141,7 +149,7 @@ static void note(struct drive_device *d, unsigned axis)
     uint8_t own[5] = { (uint8_t)axis };
 
     d->reported[axis] = code;
-    d->error_register = error_register(d);
+    d->error_register = d->kind->error_register(d);
     if (code)
         drive_device_remember(d, d->kind->history_entry(axis, code));
     if (emergency->send)
@@ -190,7 +198,7 @@ void drive_device_refresh(void *device)
 
     for (unsigned i = 0; i < d->kind->axes; i++)
         drive_publish(&d->axis[i]);
-    d->error_register = error_register(d);
+    d->error_register = d->kind->error_register(d);
 }
 
 /* Some master's mapping wants more than the default one has. */
@@ -286,32 +294,62 @@ void drive_device_inputs(void *device, uint8_t *data, size_t length)
     pdo_objects_to_inputs(d->kind->od, device, data);
 }
 
-static uint32_t with_bit(uint32_t word, unsigned bit, bool value)
+uint32_t drive_with_bit(uint32_t word, unsigned bit, bool value)
 {
     return (word & ~(1u << bit)) | (uint32_t)value << bit;
+}
+
+/* The axis that has the channel, NULL when none has. */
+static const struct drive *channel_axis(const struct drive_device *d, unsigned channel)
+{
+    unsigned bit = channel % DRIVE_INPUTS;
+
+    if (channel / DRIVE_INPUTS >= d->kind->axes || (!(1u << bit & AXIS_SWITCHES) && bit < 16))
+        return NULL;
+    return &d->axis[channel / DRIVE_INPUTS];
 }
 
 int drive_device_set_input(void *device, unsigned channel, int64_t value)
 {
     struct drive_device *d = device;
     unsigned bit = channel % DRIVE_INPUTS;
+    struct drive *drive;
     struct axis *axis;
 
-    if (channel / DRIVE_INPUTS >= d->kind->axes || value < 0 || value > 1)
+    if (!channel_axis(d, channel) || value < 0 || value > 1)
         return -EINVAL;
-    d->axis[channel / DRIVE_INPUTS].stale = true;
-    axis = &d->axis[channel / DRIVE_INPUTS].axis;
-    if (1u << bit & AXIS_SWITCHES) {
+    drive = &d->axis[channel / DRIVE_INPUTS];
+    axis = &drive->axis;
+    drive->stale = true;
+    if (bit < 16) {
         axis->held_mask = (uint8_t)(axis->held_mask | 1u << bit);
-        axis->held = (uint8_t)with_bit(axis->held, bit, value);
-        axis->switches = (uint8_t)with_bit(axis->switches, bit, value);
-        return 0;
+        axis->held = (uint8_t)drive_with_bit(axis->held, bit, value);
+        axis->switches = (uint8_t)drive_with_bit(axis->switches, bit, value);
+    } else {
+        drive->user_inputs = drive_with_bit(drive->user_inputs, bit, value);
     }
-    if (bit < 16)
-        return -EINVAL;
-    d->axis[channel / DRIVE_INPUTS].user_inputs =
-        with_bit(d->axis[channel / DRIVE_INPUTS].user_inputs, bit, value);
     return 0;
+}
+
+int drive_device_get_input(const void *device, unsigned channel, int64_t *value)
+{
+    const struct drive *drive = channel_axis(device, channel);
+
+    if (!drive)
+        return -EINVAL;
+    *value = (drive->axis.switches | drive->user_inputs) >> channel % DRIVE_INPUTS & 1;
+    return 0;
+}
+
+void drive_device_free_input(void *device, unsigned channel)
+{
+    struct drive_device *d = device;
+    unsigned bit = channel % DRIVE_INPUTS;
+
+    if (drive_device_set_input(device, channel, 0) || bit >= 16)
+        return;
+    d->axis[channel / DRIVE_INPUTS].axis.held_mask &= (uint8_t) ~(1u << bit);
+    axis_look(&d->axis[channel / DRIVE_INPUTS].axis);
 }
 
 /* --- object dictionary --- */

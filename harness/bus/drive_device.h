@@ -5,7 +5,7 @@
  *
  * Inputs that the outside world can hold (bus_set_input), channel = 32 * axis + bit of 0x60FD:
  *   0, 1, 2   negative limit, positive limit, home switch, instead of the machine's own
- *   16 .. 31  user inputs
+ *   16 .. 31  user inputs, low when nobody holds them
  * Values are 0 and 1.
  */
 #ifndef HARNESS_BUS_DRIVE_DEVICE_H
@@ -31,7 +31,7 @@ struct drive_kind {
     uint8_t axes;               /* that move; objects of others are there and dead */
     uint8_t history;            /* entries of 0x1003 */
     const struct drive_model *model[DRIVE_AXES];
-    uint8_t (*register_bits)(uint16_t code); /* of 0x1001, for one error code; not 0 */
+    uint8_t (*error_register)(const struct drive_device *device); /* 0x1001 */
     uint32_t (*history_entry)(unsigned axis, uint16_t code);
 };
 
@@ -60,6 +60,8 @@ void drive_device_step_four(void *const devices[4], const uint64_t now_ns[4]);
 void drive_device_outputs(void *device, const uint8_t *data, size_t length, uint64_t now_ns);
 void drive_device_inputs(void *device, uint8_t *data, size_t length);
 int drive_device_set_input(void *device, unsigned channel, int64_t value);
+int drive_device_get_input(const void *device, unsigned channel, int64_t *value);
+void drive_device_free_input(void *device, unsigned channel);
 int drive_device_fault(void *device, unsigned axis, uint16_t code, uint64_t now_ns);
 
 /* Callbacks of struct od. */
@@ -72,12 +74,17 @@ void drive_device_written(void *device, uint16_t index, uint8_t subindex);
 void drive_device_report(struct drive_device *device);
 void drive_device_remember(struct drive_device *device, uint32_t entry);
 
+enum { DRIVE_REGISTER_SECOND_AXIS = 0x80 }; /* of 0x1001 */
+
+/* Ones and zeros of a word, one by one. */
+uint32_t drive_with_bit(uint32_t word, unsigned bit, bool value);
+
 /* An object of any axis: which, and its index on the first. */
 unsigned drive_object_axis(uint16_t index);
 uint16_t drive_object_base(uint16_t index);
 
 /* The rules of CiA 301. */
-uint8_t drive_register_bits(uint16_t code);
+uint8_t drive_error_register(const struct drive_device *device);
 uint32_t drive_history_entry(unsigned axis, uint16_t code);
 
 extern const struct od drive_od, drive_od_x2;
