@@ -245,4 +245,32 @@ static inline void drive_safeop(struct rig *rig, uint16_t station, uint32_t logi
     assert_int_equal(al_request(rig, station, AL_SAFEOP), AL_SAFEOP);
 }
 
+/* --- SII and mailbox of a drive --- */
+
+static inline uint16_t sii_command(struct rig *rig, uint16_t station, uint16_t command,
+                                   uint32_t address)
+{
+    uint8_t request[6];
+
+    put_u16(request, command);
+    put_u32(request + 2, address);
+    return (uint16_t)exchange(rig, FPWR, AT(station, REG_EEPROM_CONTROL), request, 6);
+}
+
+static inline bool mailbox_receive(struct rig *rig, uint16_t station, uint8_t box[128])
+{
+    rig_wait(rig, SLAVE_MAILBOX_NS);
+    return exchange(rig, FPRD, AT(station, 0x1080), box, 128) == 1;
+}
+
+static inline void sdo_read_request(uint8_t box[128], uint8_t counter, uint16_t index)
+{
+    memset(box, 0, 128);
+    put_u16(box, 10);
+    box[5] = (uint8_t)(3 | counter << 4);
+    put_u16(box + 6, 0x2000);
+    box[8] = 0x40;
+    put_u16(box + 9, index);
+}
+
 #endif

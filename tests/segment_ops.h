@@ -17,10 +17,13 @@
 
 enum { FIELD_LEAST = 5, FIELD_MOST = 12, FIELD_HEADER = 16, FIELD_STATION = 0x1001 };
 
+#define FIELD_PATIENCE_NS UINT64_C(150000000)
+
 struct field {
     struct segment segment, segment_fresh;
     struct slave *slaves, *slaves_fresh;
     uint8_t *devices, *devices_fresh; /* all instances, one behind the other */
+    struct device_type types[FIELD_MOST];
     size_t device_bytes;
     size_t count;
     uint64_t now;
@@ -66,6 +69,13 @@ static inline size_t device_room(const struct device_type *type)
     return (type->size + 63) & ~(size_t)63;
 }
 
+/* Somebody waits for pulses, so that they come one by one. */
+static inline void take_pulse(void *device, unsigned signal, uint64_t now_ns)
+{
+    (void)device, (void)now_ns;
+    FIELD_MUST(signal < 2);
+}
+
 static inline void field_init(struct field *field)
 {
     size_t types = 0, at = 0;
@@ -74,15 +84,19 @@ static inline void field_init(struct field *field)
     while (types < FIELD_MOST && device_type(types))
         types++;
     field->count = types < FIELD_LEAST ? FIELD_LEAST : types;
-    for (size_t i = 0; i < field->count; i++)
-        field->device_bytes += device_room(device_type(i % types));
+    for (size_t i = 0; i < field->count; i++) {
+        field->types[i] = *device_type(i % types);
+        if (!field->types[i].sync)
+            field->types[i].sync = take_pulse;
+        field->device_bytes += device_room(&field->types[i]);
+    }
     field->slaves = calloc(field->count, sizeof *field->slaves);
     field->slaves_fresh = calloc(field->count, sizeof *field->slaves);
     field->devices = calloc(1, field->device_bytes);
     field->devices_fresh = calloc(1, field->device_bytes);
     FIELD_MUST(field->slaves && field->slaves_fresh && field->devices && field->devices_fresh);
     for (size_t i = 0; i < field->count; i++) {
-        struct slave_setup setup = { .type = device_type(i % types),
+        struct slave_setup setup = { .type = &field->types[i],
                                      .device = field->devices + at,
                                      .seed = 0x9e3779b97f4a7c15u * (i + 1),
                                      .serial = (uint32_t)i + 1,
@@ -434,8 +448,9 @@ static inline void field_run(struct field *field, const uint8_t *data, size_t si
             field->now += ops_u16(&ops) * UINT64_C(1000);
             break;
         case 3:
-            if (op >> 4 == 0) /* rarely: drives live through every step of it */
-                field->now += ops_u8(&ops) * UINT64_C(1000000);
+            /* Drives live through every step of it, so there is not much of it. */
+            if (field->now < FIELD_PATIENCE_NS)
+                field->now += ops_u8(&ops) * (op >> 4 ? UINT64_C(10000) : UINT64_C(5000000));
             break;
         case 4:
             op_bring_up(field, &ops);

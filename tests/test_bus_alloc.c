@@ -74,7 +74,7 @@ enum { MS = 1000000, ALL = 60 };
 /* One slave of every type, again and again: more than fits one frame. */
 static struct bus *open_bus(void)
 {
-    struct bus_device devices[ALL] = { { NULL } };
+    struct bus_device devices[ALL];
     struct bus_config config = {
         .devices = devices, .device_count = ALL, .cycle_ns = MS, .seed = 1
     };
@@ -85,7 +85,7 @@ static struct bus *open_bus(void)
     while (bus_device_type(types, NULL))
         types++;
     for (size_t i = 0; i < ALL; i++)
-        devices[i].type = bus_device_type(i % types, NULL);
+        devices[i] = (struct bus_device){ .type = bus_device_type(i % types, NULL) };
     assert_int_equal(bus_open(&bus, &config, why), 0);
     return bus;
 }

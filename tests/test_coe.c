@@ -640,6 +640,21 @@ static void an_emergency_does_not_part_the_fragments_of_a_list(void **state)
     assert_int_equal(get_u16(r.body), 0x1000);
 }
 
+static void an_emergency_does_not_part_the_segments_of_a_transfer(void **state)
+{
+    struct rig *rig = *state;
+    uint8_t size[4] = { 4, 0, 0, 0 }, data[7] = { 0xef, 0xcd, 0xab, 0x09 };
+    struct reply r = sdo(rig, 0x21, 0x607a, 0, size, 4);
+
+    assert_int_equal(r.body[2], 0x60);
+    mailbox_emergency(&rig->slaves[0], 0x8611, 0x21, NULL);
+    assert_false(receive(rig, &r));
+    r = sdo_segment(rig, 3 << 1 | 1, data, 7);
+    assert_int_equal(r.body[2], 0x20);
+    assert_true(receive(rig, &r));
+    assert_int_equal(get_u16(r.body), 0x1000);
+}
+
 static void of_many_emergencies_the_first_are_kept_in_order(void **state)
 {
     struct rig *rig = *state;
@@ -811,6 +826,7 @@ int main(void)
         T(devices_are_given_a_way_to_send_emergencies),
         T(an_emergency_waits_until_the_open_request_is_answered),
         T(an_emergency_does_not_part_the_fragments_of_a_list),
+        T(an_emergency_does_not_part_the_segments_of_a_transfer),
         T(of_many_emergencies_the_first_are_kept_in_order),
         T(a_mailbox_of_16_bytes_carries_sdos_and_no_information),
         T(the_largest_object_goes_up_in_segments),

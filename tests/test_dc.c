@@ -240,7 +240,7 @@ static void a_clock_for_delays_only_shows_port_times_and_nothing_else(void **sta
     assert_int_equal(exchange(rig, BWR, AT(0, REG_DC_PORT_TIME), data, 4), 1);
     assert_int_equal(exchange(rig, BRD, AT(0, REG_FEATURES), data, 2), 1);
     assert_int_equal(data[0] & FEATURE_DC, FEATURE_DC);
-    for (uint16_t ado = REG_DC_SYSTEM_TIME; ado < 0x09a8; ado++)
+    for (uint16_t ado = REG_DC_SYSTEM_TIME; ado < 0x09d0; ado++)
         assert_int_equal(exchange(rig, BRD, AT(0, ado), data, 1), 0);
 }
 
@@ -433,6 +433,32 @@ static void a_test_pulse_comes_at_once(void **state)
     assert_int_equal(rig->slaves[0].memory[REG_DC_ACTIVATION], 0x04);
 }
 
+/* `at` is the first nanosecond at which the slave's clock shows `system_time`, or is past it. */
+static void check_moment(struct slave *s, uint64_t at, uint64_t system_time)
+{
+    uint64_t now = s->frame_ns;
+
+    s->frame_ns = at - 1;
+    assert_true(dc_system_time(s) < system_time);
+    s->frame_ns = at;
+    assert_true(dc_system_time(s) >= system_time);
+    s->frame_ns = now;
+}
+
+static void a_pulse_comes_in_time_when_the_clock_is_trimmed_meanwhile(void **state)
+{
+    struct rig *rig = *state;
+
+    listen(rig);
+    start(rig, 500000000, 0, 0, 3);
+    /* Received far ahead: the loop pulls with all it has. */
+    write_u64(rig, 0, REG_DC_SYSTEM_TIME, 100000000);
+    assert_true(rig->slaves[0].dc.trim_ppb > 100000);
+    let_pass(rig, 500000000);
+    assert_int_equal(pulses.count[0], 1);
+    check_moment(&rig->slaves[0], pulses.at[0][0], 500000000);
+}
+
 static void pulses_follow_the_drifting_clock_of_the_slave(void **state)
 {
     struct rig *rig = *state;
@@ -443,7 +469,8 @@ static void pulses_follow_the_drifting_clock_of_the_slave(void **state)
     let_pass(rig, 1001500000);
     assert_int_equal(pulses.count[0], 2);
     assert_in_range(pulses.at[0][0], 1000019900, 1000020100);
-    assert_in_range(pulses.at[0][1] - pulses.at[0][0], 1000019, 1000021);
+    check_moment(&rig->slaves[0], pulses.at[0][0], 1000000000);
+    check_moment(&rig->slaves[0], pulses.at[0][1], 1001000000);
 }
 
 static void pulses_of_locked_slaves_coincide(void **state)
@@ -520,6 +547,7 @@ int main(void)
         T(a_start_time_of_32_bits_means_the_next_such_moment),
         T(writing_the_start_time_can_activate),
         T(a_test_pulse_comes_at_once),
+        T(a_pulse_comes_in_time_when_the_clock_is_trimmed_meanwhile),
         T(pulses_follow_the_drifting_clock_of_the_slave),
         T(pulses_of_locked_slaves_coincide),
         T(without_pulse_length_sync_stands_until_acknowledged),

@@ -323,6 +323,28 @@ static void an_auto_close_port_waits_to_be_told_or_for_a_frame(void **state)
     check(rig, A, B, N);
 }
 
+static void temporary_settings_that_change_nothing_end_as_well(void **state)
+{
+    struct rig *rig = *state;
+    uint8_t data[2] = { 0x03, 0x00 };
+
+    assert_int_equal(exchange(rig, FPWR, AT(0x1001, REG_DL_CONTROL), data, 2), 1);
+    assert_int_equal(read_u16(rig, 0x1001, REG_DL_CONTROL), 0x0003);
+    rig_wait(rig, 1000000000);
+    assert_int_equal(read_u16(rig, 0x1001, REG_DL_CONTROL), 0x0001);
+}
+
+static void a_reset_opens_what_was_closed_by_order(void **state)
+{
+    struct rig *rig = *state;
+
+    write_u8(rig, 0x1002, REG_DL_CONTROL + 1, 0x0c);
+    check(rig, A, A, 2);
+    for (const char *letter = "RES"; *letter; letter++)
+        assert_int_equal(write_u8(rig, 0x1002, REG_ECAT_RESET, (uint8_t)*letter), 1);
+    check(rig, A, A, N);
+}
+
 /* --- damage --- */
 
 static void damage_is_counted_where_it_happened_and_further_on(void **state)
@@ -440,6 +462,8 @@ int main(void)
         T(temporary_loop_settings_go_back_after_a_second),
         T(temporarily_closed_port_0_comes_back),
         R(an_auto_close_port_waits_to_be_told_or_for_a_frame),
+        T(temporary_settings_that_change_nothing_end_as_well),
+        T(a_reset_opens_what_was_closed_by_order),
         T(damage_is_counted_where_it_happened_and_further_on),
         T(damage_on_the_masters_own_cable_keeps_the_frame_from_everybody),
         R(damage_waits_for_a_frame_that_comes_by),

@@ -31,6 +31,7 @@ BUS_TESTS := test_segment test_slave test_coe test_drive test_bus \
     test_plan \
     test_cruise \
     test_bus_alloc \
+    test_controller \
     test_dc
 
 $(addprefix $(BUILD)/obj/tests/,$(BUS_TESTS:=.o) bench_bus.o soak_segment.o): ALL_CFLAGS += -Itests $(BUS_CFLAGS)

@@ -56,8 +56,7 @@ static void take_emergency(struct slave *slave)
     const struct emergency *e = &mbx->emergency[0];
     struct mailbox_message *m;
 
-    if (!mbx->emergencies || mbx->queued || mbx->request || mbx->stalled ||
-        slave->sm[SM_OUT].full || mbx->coe.busy != COE_IDLE)
+    if (!mbx->emergencies || mbx->queued || slave->sm[SM_OUT].full || mbx->coe.busy != COE_IDLE)
         return;
     m = mailbox_new(slave, MAILBOX_COE);
     put_u16(m->body, SERVICE_EMERGENCY << 12);

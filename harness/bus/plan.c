@@ -312,7 +312,7 @@ static void travel(struct segment *segment, const struct plan *plan, uint8_t *da
         if ((stop->actions & (PLAN_READ | PLAN_WRITE | PLAN_MAPPED)) && !slave->mute)
             counted += move_data(stop, shape, data);
         if (stop->actions & PLAN_FOLLOW) {
-            if (slave->type->sync)
+            if (slave_awaits_pulse(slave))
                 slave_catch_up(slave);
             dc_follow(slave, get_u32(time));
             clocks++;

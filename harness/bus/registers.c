@@ -237,6 +237,10 @@ static const struct row {
     { 0x0990, 0x0997, RW | DC_SYNC, sync_write_start, sync_refresh },
     { 0x0998, 0x099f, R | DC_TIME, NULL, sync_refresh },
     { 0x09a0, 0x09a7, RW | DC_SYNC, sync_write_cycle, NULL },
+    /* Latch inputs: none of our devices has anything connected to them. */
+    { 0x09a8, 0x09a9, RW | DC_TIME, NULL, NULL },
+    { 0x09ae, 0x09af, R | DC_TIME, NULL, NULL },
+    { 0x09b0, 0x09cf, R | DC_TIME, NULL, NULL },
     { 0x0f00, 0x0f03, RW, NULL, NULL },
     { 0x0f10, 0x0f13, R, NULL, read_pins },
     { 0x0f18, 0x0f1f, R, NULL, NULL },

@@ -79,7 +79,6 @@ int slave_init(struct slave *slave, const struct slave_setup *setup)
 static void forget(struct slave *slave)
 {
     al_fall(slave, AL_INIT, AL_CODE_NONE);
-    memset(&slave->al, 0, sizeof slave->al);
     slave->sii_busy_until = 0;
     slave->outputs_fresh = false;
     slave_changed(slave);
@@ -182,7 +181,7 @@ bool slave_is_addressed(const struct slave *slave, uint16_t station)
 /* The distributed clock runs by itself: its times interest only devices that wait for pulses. */
 static bool needs_life(const struct slave *slave, uint16_t address, size_t length)
 {
-    return address < REG_DC_PORT_TIME || address + length > REG_DC_CUC || slave->type->sync;
+    return address < REG_DC_PORT_TIME || address + length > REG_DC_CUC || slave_awaits_pulse(slave);
 }
 
 /* One access is cut at the borders of the register file, of sync managers and of the memory. */

@@ -150,7 +150,7 @@ struct slave_setup {
 int slave_init(struct slave *slave, const struct slave_setup *setup);
 
 /* Switched on again: registers, SII, application and state as after slave_init(); what the machine
- * behind it did (an axis' position) stays. */
+ * behind it did (an axis' position) stays. In a segment use segment_power(): routes may change. */
 void slave_power_on(struct slave *slave, uint64_t now_ns);
 /* Switched off: its machine is left to itself. */
 void slave_power_off(struct slave *slave, uint64_t now_ns);

@@ -120,6 +120,12 @@ static inline void syncman_device_done(struct slave *slave, unsigned n)
     syncman_publish(slave, n, SM_STATUS_WRITTEN, SM_STATUS_READ);
 }
 
+/* The device wants to know when its clock comes to certain times. */
+static inline bool slave_awaits_pulse(const struct slave *slave)
+{
+    return slave->sync.running && slave->type->sync;
+}
+
 /* Time passes for the device. */
 static inline void slave_pass(struct slave *slave, uint64_t now_ns)
 {
