@@ -197,6 +197,44 @@ static void cruising_drives_do_what_all_drives_do(void **state)
     assert_true(enabled > LIVES * CYCLES / 4);
 }
 
+/* Drives that stop, fault and stand for a while, in one go and in the smallest steps there are. */
+static void a_long_wait_is_as_many_short_ones(void **state)
+{
+    (void)state;
+    noise = 0x2545f4914f6cdd1du;
+    now = 0;
+    fleet_init(&quick, true);
+    fleet_init(&general, true);
+    for (unsigned cycle = 0; cycle < 2000; cycle++) {
+        uint64_t wait = random_below(4) ? 1000000 : 30000000;
+
+        for (uint64_t passed = 0; passed < wait; passed += AXIS_STEP_NS) {
+            for (unsigned i = 0; i < DRIVES; i++)
+                drive_device_step(general.drive[i], now + passed);
+        }
+        now += wait;
+        for (unsigned i = 0; i < DRIVES; i++) {
+            uint8_t out[OUT];
+
+            drive_device_step(quick.drive[i], now);
+            drive_device_step(general.drive[i], now);
+            drive_device_inputs(quick.drive[i], quick.in[i], IN);
+            drive_device_inputs(general.drive[i], general.in[i], IN);
+            command(out, general.in[i], cycle);
+            if (random_below(20) == 0)
+                put_u16(out, random_below(16));
+            drive_device_outputs(quick.drive[i], out, OUT, now);
+            drive_device_outputs(general.drive[i], out, OUT, now);
+        }
+        if (random_below(20) == 0)
+            write_some();
+        assert_memory_equal(quick.in, general.in, sizeof quick.in);
+        assert_same_objects();
+    }
+    fleet_fini(&quick);
+    fleet_fini(&general);
+}
+
 static void other_mappings_and_two_axes_do_not_cruise(void **state)
 {
     const struct device_type *type = device_type_find("drive-cia402x2");
@@ -229,6 +267,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(cruising_drives_do_what_all_drives_do),
+        cmocka_unit_test(a_long_wait_is_as_many_short_ones),
         cmocka_unit_test(other_mappings_and_two_axes_do_not_cruise),
     };
 

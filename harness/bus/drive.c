@@ -157,12 +157,17 @@ static void watch_switches(struct drive *drive)
     drive->limit_word = drive->o.controlword;
 }
 
+static bool coasts(const struct drive *drive)
+{
+    return !cia402_powered(&drive->machine) || drive->machine.state == CIA402_SWITCHED_ON;
+}
+
 static void step_once(struct drive *drive)
 {
     const struct drive_mode *mode = find_mode(drive->o.mode_display);
 
     drive->positioned = false;
-    if (!cia402_powered(&drive->machine) || drive->machine.state == CIA402_SWITCHED_ON) {
+    if (coasts(drive)) {
         axis_coast(&drive->axis);
         drive_demand_actual(drive);
         return;
@@ -329,8 +334,11 @@ static uint32_t run(struct drive *drive, uint32_t steps)
     if (!mode || !mode->run || drive->machine.state != CIA402_OPERATION_ENABLED ||
         drive->machine.leaving || drive->outside_steps ||
         drive->o.limit_reaction != DRIVE_LIMIT_SHOWN) {
+        bool coasting = coasts(drive);
+
         step_once(drive);
-        return 1;
+        /* Once it stands, nothing moves it. */
+        return coasting && drive->axis.velocity == 0.0 ? steps : 1;
     }
     steps = mode->run(drive, steps);
     if (outside_window(drive))

@@ -287,7 +287,7 @@ static inline void step_four(const struct plan_stop *stop, uint64_t now_ns)
 
         at[i] = now_ns + slave->delay_ns;
         devices[i] = slave->device;
-        if (!(stop[i].actions & PLAN_READ) || slave->mute || at[i] < slave->frame_ns ||
+        if (!(stop[i].actions & (PLAN_READ | PLAN_WRITE)) || slave->mute || at[i] < slave->frame_ns ||
             slave->due_ns <= at[i] || slave->type->step_four != together)
             return;
     }
