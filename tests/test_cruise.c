@@ -221,6 +221,9 @@ static void a_long_wait_is_as_many_short_ones(void **state)
             drive_device_inputs(quick.drive[i], quick.in[i], IN);
             drive_device_inputs(general.drive[i], general.in[i], IN);
             command(out, general.in[i], cycle);
+            /* To a stand, away from where the axis would like to be, and off. */
+            if (cycle / 10 % 2)
+                put_u32(out + 4, get_u32(general.in[i] + 4) + 20);
             if (random_below(20) == 0)
                 put_u16(out, random_below(16));
             drive_device_outputs(quick.drive[i], out, OUT, now);
