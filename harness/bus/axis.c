@@ -129,7 +129,7 @@ void axis_coast(struct axis *axis)
 
 void axis_look(struct axis *axis)
 {
-    read_switches(axis);
+    axis_read_switches(axis);
 }
 
 double axis_torque(const struct axis *axis)
