@@ -93,5 +93,9 @@ extern const struct sii_pdo drive_rx_pdos[DRIVE_RX_MAPS], drive_tx_pdos[DRIVE_TX
 
 #define DRIVE_NAME    "Simulated servo drive CiA 402"
 #define DRIVE_NAME_X2 "Simulated servo drive CiA 402, 2 axes"
+/* Longer than a mailbox: masters must read it in segments. */
+#define DRIVE_HARDWARE                                                                             \
+    "simulation: an inertia of one revolution per revolution between two hard stops, with "        \
+    "friction, a home switch, and 2^20 increments; no mains, no motor, no heat"
 
 #endif

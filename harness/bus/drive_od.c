@@ -5,7 +5,7 @@
 #define COMMUNICATION(name_)                                                                       \
     OBJECT(0x1000, OD_U32, OD_RO, OD_CONST, 0x00020192, "device type"),                            \
         OBJECT(0x1001, OD_U8, OD_RO, AT(error_register), 0, "error register"), HISTORY(8),         \
-        TEXT(0x1008, name_, "device name"), TEXT(0x1009, "simulation", "hardware version"),        \
+        TEXT(0x1008, name_, "device name"), TEXT(0x1009, DRIVE_HARDWARE, "hardware version"),      \
         TEXT(0x100a, "1", "software version"), IDENTITY
 
 #define RX_MAPS(index_, first_)                                                                    \
