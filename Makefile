@@ -46,6 +46,13 @@ BUS_SRC := client.c client_cycle.c client_jobs.c client_map.c client_watch.c fib
     fault_script.c \
     fault_verbs.c \
     fault_words.c \
+    drive_device.c \
+    dev_tgz.c \
+    tgz_errors.c \
+    tgz_native.c \
+    tgz_od.c \
+    plan.c \
+    drive_cruise.c \
     topology.c \
     ports.c \
     sync.c \

@@ -6,7 +6,7 @@
 
 #include "bus_rig.h"
 #include "bus/bus.h"
-#include "bus/drive.h"
+#include "bus/drive_device.h"
 #include "bus/pcap.h"
 #include "bus/wire.h"
 
