@@ -215,8 +215,9 @@ static int open_and_serve(struct bus_show *show, struct live_config *config, con
     show->terminal = isatty(fileno(show->screen)) != 0;
     sigaction(SIGINT, &action, NULL);
     sigaction(SIGTERM, &action, NULL);
-    fprintf(show->screen, "bus  %zu slaves on %s, waiting for a master\n", show->rack.segment.count,
-            config->interface);
+    const size_t count = show->rack.segment.count;
+    fprintf(show->screen, "bus  %zu slave%s on %s, waiting for a master\n", count,
+            count == 1 ? "" : "s", config->interface);
     fflush(show->screen);
     int status = serve(show, for_ns);
     r = capture_close(&show->capture);
