@@ -106,7 +106,7 @@ static void print_summary(struct bus_show *show)
     if (counts->wkc > 0)
         fprintf(show->screen, "  wkc %u", counts->wkc);
     if (counts->dropped > 0)
-        fprintf(show->screen, "  %" PRIu64 " frames did not come back", counts->dropped);
+        fprintf(show->screen, "  %" PRIu64 " lost", counts->dropped);
 }
 
 /* Slaves that fit under each other; the picture must not scroll. */
