@@ -3,6 +3,7 @@
 #include <inttypes.h>
 #include <signal.h>
 #include <string.h>
+#include <sys/ioctl.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -23,7 +24,7 @@ struct bus_show {
     struct capture capture;
     FILE *screen; /* standard error when the capture goes to standard output */
     bool terminal;
-    unsigned lines; /* of the picture on the terminal */
+    size_t lines; /* of the picture on the terminal */
     struct live_counts counted;
     uint64_t counted_ns;
     double frames_a_second;
@@ -105,22 +106,37 @@ static void print_summary(struct bus_show *show)
     if (counts->wkc > 0)
         fprintf(show->screen, "  wkc %u", counts->wkc);
     if (counts->dropped > 0)
-        fprintf(show->screen, "  %" PRIu64 " frames did not come back", counts->dropped);
+        fprintf(show->screen, "  %" PRIu64 " lost", counts->dropped);
 }
 
+/* Slaves that fit under each other; the picture must not scroll. */
+static size_t table_rows(const struct bus_show *show)
+{
+    struct winsize size;
+    const size_t count = show->rack.segment.count;
+    if (ioctl(fileno(show->screen), TIOCGWINSZ, &size) != 0 || size.ws_row == 0)
+        return count;
+    const size_t room = size.ws_row > 3 ? size.ws_row - 3u : 0;
+    return count <= room ? count : room;
+}
+
+/* Over the picture before it; lines are cut at the edge instead of wrapped. */
 static void draw_table(struct bus_show *show)
 {
+    const size_t rows = table_rows(show), count = show->rack.segment.count;
     if (show->lines > 0)
-        fprintf(show->screen, "\033[%uA", show->lines);
-    fprintf(show->screen, "\r\033[K%6.1f s  ", (double)live_now(show->live) * 1e-9);
+        fprintf(show->screen, "\033[%zuA", show->lines);
+    fprintf(show->screen, "\r\033[J\033[?7l%6.1f s  ", (double)live_now(show->live) * 1e-9);
     print_summary(show);
-    fputs("\n", show->screen);
-    for (size_t i = 0; i < show->rack.segment.count; i++) {
-        fputs("\033[K", show->screen);
+    fputc('\n', show->screen);
+    for (size_t i = 0; i < rows; i++) {
         print_slave(show->screen, i + 1, &show->view[i]);
-        fputs("\n", show->screen);
+        fputc('\n', show->screen);
     }
-    show->lines = (unsigned)show->rack.segment.count + 1;
+    if (rows < count)
+        fprintf(show->screen, "  and %zu more\n", count - rows);
+    fputs("\033[?7h", show->screen);
+    show->lines = 1 + rows + (rows < count);
 }
 
 /* Nothing is said while nothing happens. */
@@ -160,6 +176,9 @@ static void update(struct bus_show *show)
     else
         print_line(show);
     fflush(show->screen);
+    /* Whoever reads the capture from a pipe sees it now; an error is told at the end. */
+    if (capture_pcap(&show->capture) != NULL)
+        pcap_flush(&show->capture.pcap);
 }
 
 /* --- from the words to the end ------------------------------------------------------------------
@@ -215,8 +234,9 @@ static int open_and_serve(struct bus_show *show, struct live_config *config, con
     show->terminal = isatty(fileno(show->screen)) != 0;
     sigaction(SIGINT, &action, NULL);
     sigaction(SIGTERM, &action, NULL);
-    fprintf(show->screen, "bus  %zu slaves on %s, waiting for a master\n", show->rack.segment.count,
-            config->interface);
+    const size_t count = show->rack.segment.count;
+    fprintf(show->screen, "bus  %zu slave%s on %s, waiting for a master\n", count,
+            count == 1 ? "" : "s", config->interface);
     fflush(show->screen);
     int status = serve(show, for_ns);
     r = capture_close(&show->capture);
