@@ -35,6 +35,7 @@ IMAGE_SRC := image.c image_sort.c image_text.c elf.c elf_kinds.c elf_header.c el
     stack.c \
     stack_graph.c \
     stack_returns.c \
+    stack_state.c \
     stack_values.c \
     stack_walk.c
 MACHINE_SRC := load.c poison.c regions.c call.c fault.c attribute.c watchdog.c sandbox.c filter.c confine.c worker.c
