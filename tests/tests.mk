@@ -69,7 +69,9 @@ $(addprefix $(BUILD)/test/,$(MACHINE_TESTS)): | $(MACHINE_MODULES)
 # Modules for tests of the host: every source of tests/host_modules for each layout.
 HOST_MODULE_DIR := $(BUILD)/host_modules
 HOST_MODULES := $(foreach layout,4 905 906,$(patsubst tests/host_modules/%.c,$(HOST_MODULE_DIR)/%_$(layout).tgm,$(wildcard tests/host_modules/*.c)))
-HOST_TESTS := test_host
+HOST_TESTS := test_host \
+    test_motion \
+    test_gear
 host_module_4 := -DTGM_GENERATION=4
 host_module_905 := -DTGM_GENERATION=5 -DTGM_MEMORY_ID=905
 host_module_906 := -DTGM_GENERATION=5 -DTGM_MEMORY_ID=906

@@ -52,6 +52,7 @@ struct axis {
     double sent;                                           /* last set-point sent, inc */
     double sent_speed;
     bool tracking; /* the set-point follows the axis because it is not enabled */
+    bool asked;    /* it was to be enabled when the outputs left */
     struct axis_motion motion;
 };
 

@@ -130,7 +130,7 @@ static void linear_calculate(const struct host *host, struct axis *axis)
         m->ratio_in = gear_ramp(m->ratio_in, gear->In, gear->IncIn);
         gear_link_step(&m->link, source_value(host, gear), m->ratio_in, gear->Out);
     }
-    gear->ActualIn = (int32_t)m->ratio_in;
+    gear->ActualIn = (int32_t)floor(m->ratio_in + 0.5);
     gear->Position = m->link.last_position;
     if (on)
         take_part(m, gear->Position + gear->Offset);

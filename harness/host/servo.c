@@ -172,13 +172,14 @@ static void receive_position(struct axis *axis, double cycle)
     reg->PositionError = axis->sent - reg->Position;
 }
 
-/* It goes where it was sent, one cycle later. */
+/* It is enabled, and goes where it was sent, one cycle later. */
 static void virtual_receive(struct host *host, struct axis *axis)
 {
     SERVO *reg = axis->reg;
     const double moved = axis->sent - reg->Position;
     reg->EtherCATState = ETHERCAT_STATE_OP;
-    reg->Status = servo_wanted(host, axis) ? SERVO_READY_ENABLE : SERVO_READY_DISABLE;
+    reg->Status =
+        axis->asked && servo_wanted(host, axis) ? SERVO_READY_ENABLE : SERVO_READY_DISABLE;
     reg->Position = axis->sent;
     reg->Speed = moved / host_cycle_seconds(host);
     reg->RefPosition = reg->Position - reg->Offset;
@@ -261,10 +262,11 @@ static void axis_send(struct host *host, struct axis *axis)
     axis->sent = next;
     axis->sent_speed = speed;
     axis->tracking = follow;
+    axis->asked = servo_wanted(host, axis);
     if (axis->slave == NO_SLAVE)
         return;
 
-    const uint16_t word = control_word(reg, servo_wanted(host, axis));
+    const uint16_t word = control_word(reg, axis->asked);
     reg->ControlWord = word;
     bus_entry_set(axis->control, word);
     bus_entry_set(axis->mode, CSP);
