@@ -8,7 +8,10 @@
 
 void profile_set(struct profile *profile, double position, double speed)
 {
-    *profile = (struct profile){ .position = position, .speed = speed };
+    profile->position = position;
+    profile->speed = speed;
+    profile->acceleration = 0;
+    profile->ready = profile->braking = profile->planned = false;
 }
 
 static bool usable(const struct profile_wanted *w)
@@ -264,6 +267,8 @@ void profile_step(struct profile *p, const struct profile_wanted *wanted, double
 void profile_shift(struct profile *p, double by)
 {
     p->position += by;
+    if (!p->planned)
+        return;
     p->end_position += by;
     if (p->wanted.positioning)
         p->wanted.destination += by;
