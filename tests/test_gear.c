@@ -268,6 +268,29 @@ static void a_returning_cam_repeats_its_table(void **state)
     }
 }
 
+/* Its way since then, because the generator has brought the servo to where it is. */
+static void a_cam_on_a_profile_generator_adds_its_way(void **state)
+{
+    (void)state;
+    EACH_LAYOUT(p)
+    {
+        struct rig *rig = open_virtuals(p, 500);
+
+        set_table(rig, "CAM", 0, POINTS, slope);
+        cam_of(rig, 0, 0, 0);
+        SET(rig, 0, { "Mode", PG_GEAR }, { "Pg.Mode", 0 }, { "Pg.Acc", 1e6 });
+        set(rig, 1, "WritePosition", 2000); /* point 6 */
+        rig_cycles(rig, 10);
+        assert_true(get(rig, 0, "Gear.CamPosition") == 106);
+        assert_true(get(rig, 0, "WritePosition") == 0);
+        set(rig, 1, "WritePosition", 5000);
+        rig_cycles(rig, 1);
+        assert_true(get(rig, 0, "Gear.CamPosition") == 115);
+        assert_true(get(rig, 0, "WritePosition") == 9);
+        rig_close(rig);
+    }
+}
+
 static void a_forward_cam_goes_on_turn_by_turn(void **state)
 {
     (void)state;
@@ -339,6 +362,10 @@ static void external_cams_write_into_the_data_memory(void **state)
         set(rig, 0, "Gear.CamExpControl", 3);
         rig_cycles(rig, 1);
         assert_near(rig_get(rig, "DATA.F64[524280]"), interpolated(feed, 6.3L, 0));
+        SET(rig, 0, { "Gear.CamType", 1 }, { "Gear.CamIncPosition", 5000 }); /* only of the cam */
+        set(rig, 1, "WritePosition", 24500);
+        rig_cycles(rig, 1);
+        assert_near(rig_get(rig, "DATA.F64[800]"), interpolated(slope, 73.5L, 0));
         rig_close(rig);
     }
 }
@@ -415,6 +442,7 @@ int main(void)
         cmocka_unit_test(masters_in_a_circle_do_not_hang),
         cmocka_unit_test(pg_and_gear_add_up),
         cmocka_unit_test(a_returning_cam_repeats_its_table),
+        cmocka_unit_test(a_cam_on_a_profile_generator_adds_its_way),
         cmocka_unit_test(a_forward_cam_goes_on_turn_by_turn),
         cmocka_unit_test(the_pointer_is_shifted_in_steps),
         cmocka_unit_test(external_cams_write_into_the_data_memory),

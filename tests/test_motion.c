@@ -215,6 +215,10 @@ static void setting_the_reference_moves_nothing(void **state)
         assert_near(get(rig, 0, "Speed"), 1e5);
         assert_near(get(rig, 0, "Position"), before + 50);
         assert_near(get(rig, 0, "RefPosition"), -1000);
+        for (unsigned i = 2; i < 12; i++) {
+            rig_cycles(rig, 1);
+            assert_near(get(rig, 0, "Position"), before + 50 * i);
+        }
         destination = get(rig, 0, "Pg.DPos");
         rig_until(rig, "SERVO[0].Pg.Rdy", 1, 1000);
         rig_cycles(rig, 2);
@@ -311,6 +315,9 @@ static void commands_that_cannot_be_are_refused(void **state)
             assert_true(get(rig, 0, "Command.Control") == -1);
             assert_true(get(rig, 0, "Mode") == OFF);
         }
+        SET(rig, 0, { "Pg.Acc", 1e6 }, { "Command.Control", 2 }); /* still no speed */
+        rig_cycles(rig, 1);
+        assert_true(get(rig, 0, "Command.Control") == -1);
         set(rig, 0, "Command.Control", 2147483647);
         rig_cycles(rig, 1);
         assert_true(get(rig, 0, "Command.Control") == -1);

@@ -18,10 +18,6 @@ void gear_link_set(struct gear_link *link, double position)
 
 double gear_link_step(struct gear_link *link, double source, double in, double out)
 {
-    if (!isfinite(source) || out == 0) {
-        gear_link_set(link, link->last_position);
-        return link->last_position;
-    }
     if (!link->holds)
         link->last_source = source;
     if (!link->holds || link->in != in || link->out != out) {
@@ -32,7 +28,7 @@ double gear_link_step(struct gear_link *link, double source, double in, double o
         link->position = link->last_position;
     }
     const double position = link->position + (source - link->source) * in / out;
-    if (!isfinite(position)) {
+    if (!isfinite(position)) { /* the source is no number, or `out` is 0 */
         gear_link_set(link, link->last_position);
         return link->last_position;
     }

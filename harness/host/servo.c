@@ -103,11 +103,11 @@ static int virtual_open(struct host *host, const struct host_servo *servo, char 
 /* A servo of the list: on the bus, unless it is virtual. */
 static int listed_open(struct host *host, const struct host_servo *servo, char why[HOST_WHY])
 {
-    const size_t slave = servo->node - 1u;
+    const size_t slave = (size_t)servo->node - 1; /* of node 0: none */
     const unsigned number = servo->axis > 0 ? servo->axis - 1 : 0;
     if (servo->type == SERVO_TYPE_VIRTUAL)
         return virtual_open(host, servo, why);
-    if (host->bus == NULL || servo->node == 0 || slave >= bus_slave_count(host->bus) ||
+    if (host->bus == NULL || slave >= bus_slave_count(host->bus) ||
         number >= bus_slave(host->bus, slave)->axes) {
         snprintf(why, HOST_WHY, "servo %zu: node %u of the bus has no axis %u", host->axis_count,
                  servo->node, number + 1);
