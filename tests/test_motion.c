@@ -162,6 +162,25 @@ static void a_generator_takes_over_without_a_jump(void **state)
     }
 }
 
+static void a_set_point_that_is_no_number_does_not_reach_the_generator(void **state)
+{
+    (void)state;
+    EACH_LAYOUT(p)
+    {
+        struct rig *rig = open_virtuals(p, 500);
+
+        SET(rig, 0, { "Mode", POSITION }, { "WritePosition", 500 });
+        rig_cycles(rig, 5);
+        profile_of(rig, 0, 1e5, 1e6);
+        SET(rig, 0, { "WritePosition", NAN }, { "Pg.DPos", 700 }, { "Mode", PG });
+        rig_cycles(rig, 1);
+        assert_true(get(rig, 0, "Pg.APos") > 500 && get(rig, 0, "Pg.APos") < 501);
+        rig_until(rig, "SERVO[0].Pg.Rdy", 1, 200);
+        assert_true(get(rig, 0, "WritePosition") == 700);
+        rig_close(rig);
+    }
+}
+
 /* --- commands --- */
 
 static void commands_position_and_finish(void **state)
@@ -494,6 +513,7 @@ int main(void)
         cmocka_unit_test(modes_are_configuration),
         cmocka_unit_test(every_profile_drives_write_position),
         cmocka_unit_test(a_generator_takes_over_without_a_jump),
+        cmocka_unit_test(a_set_point_that_is_no_number_does_not_reach_the_generator),
         cmocka_unit_test(commands_position_and_finish),
         cmocka_unit_test(setting_the_reference_moves_nothing),
         cmocka_unit_test(commands_couple_and_uncouple_the_gear),

@@ -56,11 +56,8 @@ static bool begin_position(struct host *host, struct axis *axis, const double *p
 
 static bool begin_relative(struct host *host, struct axis *axis, const double *par)
 {
-    const SERVO *reg = axis->reg;
     const bool generated = (axis->motion.sources & MOTION_PG) != 0;
-    const double here = generated                ? reg->Pg.APos
-                        : servo_runs(host, axis) ? reg->WritePosition
-                                                 : reg->Position - reg->Offset - reg->Correction;
+    const double here = generated ? axis->reg->Pg.APos : motion_start(host, axis);
     const double absolute[] = { here + par[0], par[1], par[2], par[3] };
     return begin_position(host, axis, absolute);
 }

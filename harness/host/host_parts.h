@@ -127,7 +127,10 @@ bool servo_runs(const struct host *host, const struct axis *axis);
 void command_before(struct host *host, struct axis *axis);
 void command_after(const struct host *host, struct axis *axis);
 
-/* motion.c: the axis counts its positions from elsewhere: RefPosition becomes `reference`, and
+/* motion.c: where a generator takes over the set-point. */
+double motion_start(const struct host *host, const struct axis *axis);
+
+/* The axis counts its positions from elsewhere: RefPosition becomes `reference`, and
  * nothing moves. */
 void motion_refer(struct axis *axis, double reference);
 

@@ -20,11 +20,12 @@ static unsigned sources_of(const struct servo_modes *modes, int32_t mode)
 
 /* Where a generator takes over: at the set-point of an axis that follows it, else where the axis
  * is. */
-static double start_position(const struct host *host, const struct axis *axis)
+double motion_start(const struct host *host, const struct axis *axis)
 {
     const SERVO *reg = axis->reg;
-    return servo_runs(host, axis) ? reg->WritePosition
-                                  : reg->Position - reg->Offset - reg->Correction;
+    const double place =
+        servo_runs(host, axis) ? reg->WritePosition : reg->Position - reg->Offset - reg->Correction;
+    return isfinite(place) ? place : reg->Position;
 }
 
 static void choose_sources(const struct host *host, struct axis *axis)
@@ -67,7 +68,7 @@ static void profile_calculate(const struct host *host, struct axis *axis)
     PG *pg = &axis->reg->Pg;
     const bool on = (m->sources & MOTION_PG) != 0;
     if (!on || m->restarted)
-        profile_set(&m->profile, start_position(host, axis), on ? axis->sent_speed : 0);
+        profile_set(&m->profile, motion_start(host, axis), on ? axis->sent_speed : 0);
     if (on) {
         const struct profile_wanted wanted = wanted_profile(pg);
         profile_step(&m->profile, &wanted, host_cycle_seconds(host));
@@ -190,7 +191,7 @@ static void gear_begin(const struct host *host, struct axis *axis)
     const bool superposed = (m->sources & MOTION_PG) != 0;
     m->zero_next = superposed;
     m->zero = 0;
-    m->part = superposed ? 0 : start_position(host, axis);
+    m->part = superposed ? 0 : motion_start(host, axis);
 }
 
 static void gear_calculate(const struct host *host, struct axis *axis)
@@ -221,7 +222,7 @@ static void axis_output(const struct host *host, struct axis *axis)
         reg->WritePosition = ((m->sources & MOTION_PG) != 0 ? m->profile.position : 0) +
                              ((m->sources & MOTION_GEAR) != 0 ? m->part : 0);
     else if (sources_of(host_modes(host), reg->Mode) != 0)
-        reg->WritePosition = start_position(host, axis);
+        reg->WritePosition = motion_start(host, axis);
 }
 
 /* The axis after its master, that after its own, and so on. Where masters go round in a circle, the
