@@ -561,9 +561,9 @@ static void the_sine_is_ours_and_exact(void **state)
         const double h = i / 100000.0;
         const long double exact = sinl(PIL * h);
 
-        assert_true(fabsl(profile_sine(h) - exact) <= 2.3e-16L);
+        assert_true(fabsl(profile_sine(h) - exact) <= 2.5e-16L);
         if (h < 0.5)
-            assert_true(fabsl(profile_sine(h) - exact) <= 4e-16L * exact);
+            assert_true(fabsl(profile_sine(h) - exact) <= 3e-16L * exact);
     }
 }
 
@@ -587,7 +587,7 @@ static void positions_are_the_same_to_the_last_bit_everywhere(void **state)
             hash = (hash ^ bits) * UINT64_C(0x100000001b3);
         }
     }
-    assert_true(hash == UINT64_C(0xb5d06c4c17c0880a));
+    assert_true(hash == UINT64_C(0x736fb0c994b64c61));
 }
 
 int main(void)

@@ -8,13 +8,15 @@
 /* x - sin x for 0 <= x <= pi/2, of full relative accuracy: its series up to x^23. */
 static double excess(double x)
 {
-    static const double factors[] = { 2. * 3,   4. * 5,   6. * 7,   8. * 9,   10. * 11, 12. * 13,
-                                      14. * 15, 16. * 17, 18. * 19, 20. * 21, 22. * 23 };
+    static const double factors[] = { 1 / (2. * 3),   1 / (4. * 5),   1 / (6. * 7),
+                                      1 / (8. * 9),   1 / (10. * 11), 1 / (12. * 13),
+                                      1 / (14. * 15), 1 / (16. * 17), 1 / (18. * 19),
+                                      1 / (20. * 21), 1 / (22. * 23) };
     const double square = x * x;
     double sum = 1;
     for (size_t i = sizeof factors / sizeof *factors; i-- > 1;)
-        sum = 1 - sum * square / factors[i];
-    return sum * square * x / factors[0];
+        sum = 1 - sum * (square * factors[i]);
+    return sum * square * x * factors[0];
 }
 
 double profile_sine(double h)
