@@ -19,17 +19,45 @@ OPT     ?= -O2 -g
 ALL_CFLAGS = -std=gnu11 $(OPT) -ffp-contract=off $(WARN) $(INCLUDE) -MMD -MP $(CFLAGS)
 BUS_CFLAGS = -DEC_VER2 -Iharness/bus/port -isystem third_party/soem/soem -isystem third_party/soem/osal
 SOEM_CFLAGS = -std=gnu11 -O2 -g -w -DEC_VER2 -Iharness -Iharness/bus/port -Ithird_party/soem/soem -Ithird_party/soem/osal $(CFLAGS)
-LIBS    := -lelf -ldw -lsodium -lseccomp -ljansson -lm
+LIBS    := -lelf -ldw -lcapstone -lsodium -lseccomp -ljansson -lm
 
 # --- sources -------------------------------------------------------------------------------------
 
 IMAGE_SRC := image.c image_sort.c image_text.c elf.c elf_kinds.c elf_header.c elf_segments.c elf_dynamic.c elf_hash.c \
     elf_symbols.c elf_symtab.c elf_lookup.c elf_relocs.c elf_initialisers.c pe.c pe_headers.c pe_sections.c pe_exports.c \
-    pe_imports.c pe_relocs.c pe_initialisers.c pe_symbols.c pe_debug.c flat.c lines.c lines_extract.c lines_stack.c
+    pe_imports.c pe_relocs.c pe_initialisers.c pe_symbols.c pe_debug.c flat.c lines.c lines_extract.c \
+    image_child.c \
+    pe_unwind.c \
+    code.c \
+    code_arm.c \
+    code_map.c \
+    code_x86.c \
+    stack.c \
+    stack_graph.c \
+    stack_returns.c \
+    stack_state.c \
+    stack_values.c \
+    stack_walk.c
 MACHINE_SRC := load.c poison.c regions.c call.c fault.c attribute.c watchdog.c sandbox.c filter.c confine.c worker.c
 BUS_SRC := client.c client_cycle.c client_jobs.c client_map.c client_watch.c fiber.c segment.c slave.c registers.c sii.c syncman.c fmmu.c al.c dc.c \
     watchdog.c mailbox.c coe.c coe_info.c od.c pdo.c cia402.c axis.c devices.c dev_drive.c drive.c drive_cyclic.c \
     drive_homing.c drive_od.c drive_profile.c dev_dio.c wire.c \
+    faults.c \
+    fault_arguments.c \
+    fault_script.c \
+    fault_verbs.c \
+    fault_words.c \
+    drive_device.c \
+    dev_tgz.c \
+    tgz_errors.c \
+    tgz_native.c \
+    tgz_od.c \
+    plan.c \
+    drive_cruise.c \
+    topology.c \
+    ports.c \
+    sync.c \
+    pcap.c rack.c view.c live.c live_socket.c \
     port/clock.c port/port.c
 HOST_SRC := product.c schedule.c catalogue.c text16.c evidence.c plant.c host_select.c experiment.c \
     profile_shape.c \
@@ -42,7 +70,8 @@ LAYOUT_SRC := host.c host_rows.c memories.c services.c timers.c servo.c dio.c \
     capture.c
 LAYOUTS := gen4 gen5_905 gen5_906
 REPORT_SRC := text.c json.c
-CLI_SRC := main.c options.c output.c check.c run.c inspect.c inspect_text.c inspect_json.c rules.c new.c registers.c
+CLI_SRC := main.c options.c output.c check.c run.c inspect.c inspect_text.c inspect_json.c rules.c new.c registers.c \
+    capture.c bus.c
 CONFORMANCE_SRC := profile.c rules.c findings.c incidents.c rules_file.c rules_start.c rules_cycle.c check.c
 SOEM_SRC := ethercatbase.c ethercatcoe.c ethercatconfig.c ethercatdc.c ethercatmain.c ethercatprint.c ethercatsoe.c
 
@@ -96,9 +125,12 @@ bench: $(BUILD)/tgm $(BUILD)/test/bench $(BUILD)/test/bench_bus template-linked 
 	$(Q)$(BUILD)/test/bench_bus
 
 FUZZ_SECONDS ?= 300
-FUZZERS := fuzz_image fuzz_text
+FUZZERS := fuzz_image fuzz_text \
+    fuzz_segment \
+    fuzz_faults \
+    fuzz_code
 .PHONY: fuzz
-fuzz: $(addprefix $(BUILD)/fuzz/,$(FUZZERS)) ## fuzz the readers of module files and the SDK's text for FUZZ_SECONDS each (default 300)
+fuzz: $(addprefix $(BUILD)/fuzz/,$(FUZZERS)) ## fuzz the readers of module files and fault scripts, the SDK's text and the bus segment for FUZZ_SECONDS each (default 300)
 	$(Q)for fuzzer in $(FUZZERS); do mkdir -p $(BUILD)/fuzz/corpus-$$fuzzer; \
 	    $(BUILD)/fuzz/$$fuzzer -max_total_time=$(FUZZ_SECONDS) -artifact_prefix=$(BUILD)/fuzz/$$fuzzer- \
 	    $(BUILD)/fuzz/corpus-$$fuzzer || exit 1; done
@@ -202,10 +234,28 @@ $(BUILD)/fuzz/fuzz_image: tests/fuzz_image.c tests/image_support.c tests/image_s
 	@echo "  FUZZ   $@"
 	$(Q)$(FUZZ_CC) -o $@ $(filter %.c,$^) $(LIBS)
 
+$(BUILD)/fuzz/fuzz_code: tests/fuzz_code.c $(addprefix harness/image/,$(IMAGE_SRC)) | $(BUILD)/.deps-test
+	@mkdir -p $(@D)
+	@echo "  FUZZ   $@"
+	$(Q)$(FUZZ_CC) -o $@ $(filter %.c,$^) $(LIBS)
+
 $(BUILD)/fuzz/fuzz_text: tests/fuzz_text.c sdk/src/number.c sdk/src/text16.c sdk/src/text8.c | $(BUILD)/.deps-test
 	@mkdir -p $(@D)
 	@echo "  FUZZ   $@"
 	$(Q)$(FUZZ_CC) -DTGM_HOST -o $@ $(filter %.c,$^) -lm
+
+# The simulated bus alone, without the SOEM client.
+$(BUILD)/fuzz/fuzz_faults: tests/fuzz_faults.c $(addprefix harness/bus/,$(filter-out client% port/%,$(BUS_SRC))) | $(BUILD)/.deps-test
+	@mkdir -p $(@D)
+	@echo "  FUZZ   $@"
+	$(Q)$(FUZZ_CC) -o $@ $(filter %.c,$^) -lm
+
+# The segment without the master above it: what of the room does not know SOEM.
+SEGMENT_SRC := $(filter-out client%.c wire.c port/%.c,$(BUS_SRC))
+$(BUILD)/fuzz/fuzz_segment: tests/fuzz_segment.c $(addprefix harness/bus/,$(SEGMENT_SRC)) | $(BUILD)/.deps-test
+	@mkdir -p $(@D)
+	@echo "  FUZZ   $@"
+	$(Q)$(FUZZ_CC) -Itests -ffp-contract=off -o $@ $(filter %.c,$^) -lm
 
 -include tests/tests.mk
 -include $(filter-out $(BUILD)/obj/soem/%,$(ROOM_OBJ:.o=.d)) $(CLI_OBJ:.o=.d) $(LAYOUT_OBJ:.o=.d)

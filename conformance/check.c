@@ -107,7 +107,8 @@ static void note_unrunnable(struct check *check, const struct profile *profile)
     }
 }
 
-static int run_experiments(struct check *check, unsigned wanted, char why[CHECK_WHY])
+static int run_experiments(struct check *check, const struct check_options *options,
+                           unsigned wanted, char why[CHECK_WHY])
 {
     if (check->cannot_run[0] != '\0')
         return 0;
@@ -115,6 +116,10 @@ static int run_experiments(struct check *check, unsigned wanted, char why[CHECK_
         if ((wanted & (1u << i)) == 0 || check->inapplicable[i])
             continue;
         const double begin = seconds();
+        struct host_config *around = &check->experiments[i].host;
+        if (options->capture != NULL && !around->without_bus)
+            around->capture =
+                options->capture(options->capture_argument, check->experiments[i].name);
         int r = experiment_run(&check->experiments[i], check->image, NULL, NULL, NULL,
                                &check->results[i]);
         if (r != 0) {
@@ -285,7 +290,7 @@ int check_run(struct check **out, const struct check_options *options, char why[
     for (size_t i = 0; i < check->report.rule_count; i++)
         wanted |= check->chosen[i]->experiments;
     check->groups[GROUP_FILE].seconds = seconds() - begin;
-    r = run_experiments(check, wanted, why);
+    r = run_experiments(check, options, wanted, why);
     if (r != 0)
         goto out;
     note_cycles(check, options);

@@ -344,6 +344,73 @@ static void an_sdo_does_not_wait_for_a_slave_that_is_gone(void **state)
     assert_true(cycles < 50);
 }
 
+static void with_redundancy_any_one_cable_may_be_pulled(void **state)
+{
+    const struct bus_config config = {
+        .devices = machine, .device_count = SLAVES, .cycle_ns = MS, .seed = 5, .redundant = true
+    };
+    struct plant p;
+
+    (void)state;
+    open_with(&p, &config);
+    for (size_t cable = 0; cable <= SLAVES; cable++) {
+        uint64_t before = p.bus->port.one_sided;
+
+        segment_cable(&p.bus->segment, cable, false, p.now);
+        for (unsigned i = 0; i < 30; i++) {
+            /* Both ways together reach everybody. */
+            assert_int_equal(exchange(&p), bus_expected_wkc(p.bus));
+            assert_int_equal(states(&p, AL_OP), SLAVES);
+        }
+        assert_true(p.bus->port.one_sided >= before + 30);
+        segment_cable(&p.bus->segment, cable, true, p.now);
+        for (unsigned i = 0; i < 5; i++)
+            assert_int_equal(exchange(&p), bus_expected_wkc(p.bus));
+        before = p.bus->port.one_sided;
+        for (unsigned i = 0; i < 5; i++)
+            assert_int_equal(exchange(&p), bus_expected_wkc(p.bus));
+        assert_int_equal(p.bus->port.one_sided, before);
+    }
+    for (size_t i = 0; i < SLAVES; i++)
+        assert_int_equal(bus_slave(p.bus, i)->losses, 0);
+    bus_close(p.bus);
+}
+
+static void without_redundancy_a_cable_is_missed(void **state)
+{
+    struct plant *p = *state;
+
+    segment_cable(&p->bus->segment, 1, false, p->now);
+    exchange(p);
+    assert_int_equal(exchange(p), bus_expected_wkc(p->bus) - 3 * 3);
+}
+
+static void drives_get_a_pulse_every_cycle_and_again_after_a_power_failure(void **state)
+{
+    const struct bus_config config = {
+        .devices = machine, .device_count = SLAVES, .cycle_ns = MS, .seed = 5, .dc_sync = true
+    };
+    struct plant p;
+
+    (void)state;
+    open_with(&p, &config);
+    for (unsigned round = 0; round < 2; round++) {
+        for (size_t i = 0; i < SLAVES; i++) {
+            const uint8_t *memory = p.bus->slaves[i].memory;
+
+            /* The terminal has no clock. */
+            assert_int_equal(memory[REG_DC_ACTIVATION], i == 1 ? 0 : 3);
+            assert_int_equal(get_u32(memory + REG_DC_CYCLE0), i == 1 ? 0 : MS);
+        }
+        segment_power(&p.bus->segment, 3, false, p.now);
+        for (unsigned i = 0; i < 20; i++)
+            exchange(&p);
+        segment_power(&p.bus->segment, 3, true, p.now);
+        assert_true(until_op(&p, 400) < 400);
+    }
+    bus_close(p.bus);
+}
+
 static void startup_values_are_written_before_safeop(void **state)
 {
     /* Following error window of the drive, a value that is not its default. */
@@ -468,6 +535,9 @@ int main(void)
         TEST(a_slave_reset_to_init_is_configured_again),
         TEST(without_supervision_a_fallen_slave_stays_where_it_is),
         TEST(an_sdo_does_not_wait_for_a_slave_that_is_gone),
+        cmocka_unit_test(with_redundancy_any_one_cable_may_be_pulled),
+        TEST(without_redundancy_a_cable_is_missed),
+        cmocka_unit_test(drives_get_a_pulse_every_cycle_and_again_after_a_power_failure),
         cmocka_unit_test(startup_values_are_written_before_safeop),
         cmocka_unit_test(a_startup_value_that_is_refused_is_said),
         cmocka_unit_test(equal_histories_give_equal_inputs),

@@ -23,11 +23,34 @@ UNIT_TESTS := test_text16 test_catalogue test_fixtures \
     test_profile
 SDK_TESTS := test_sdk_mem test_sdk_text test_sdk_motion test_sdk_start test_sdk_start5 test_sdk_start8
 IMAGE_TESTS := test_image test_image_real test_image_bad test_image_damage test_image_memory \
-    test_image_pe test_image_pe_bad test_image_arm test_image_flat
-MACHINE_TESTS := test_machine test_machine_call test_machine_load test_machine_seal test_worker
-BUS_TESTS := test_segment test_slave test_coe test_drive test_bus test_client
+    test_image_pe test_image_pe_bad test_image_arm test_image_flat \
+    test_stack
+MACHINE_TESTS := test_machine test_machine_call test_machine_load test_machine_seal test_worker \
+    test_machine_stack
+BUS_TESTS := test_segment test_slave test_coe test_drive test_bus test_client \
+    test_drive2 \
+    test_tgz \
+    test_topology \
+    test_plan \
+    test_cruise \
+    test_bus_alloc \
+    test_controller \
+    test_dc
+BUS_TESTS += test_faults
+BUS_TESTS += test_pcap
+BUS_TESTS += test_faults_bus
 
-$(addprefix $(BUILD)/obj/tests/,$(BUS_TESTS:=.o) bench_bus.o): ALL_CFLAGS += -Itests $(BUS_CFLAGS)
+$(addprefix $(BUILD)/obj/tests/,$(BUS_TESTS:=.o) bench_bus.o soak_segment.o): ALL_CFLAGS += -Itests $(BUS_CFLAGS)
+
+# Captures that tests/captures.sh lets tshark dissect.
+$(BUILD)/obj/tests/test_pcap.o: ALL_CFLAGS += -DTEST_CAPTURES_DIR='"$(BUILD)/captures"'
+# Counts what the allocator is asked for.
+comma := ,
+ALLOCATOR := malloc calloc realloc aligned_alloc posix_memalign strdup free
+$(BUILD)/test/test_bus_alloc: LDFLAGS += $(addprefix -Wl$(comma)--wrap=,$(ALLOCATOR))
+
+# The bench takes the port away from under SOEM.
+$(BUILD)/test/bench_bus: LDFLAGS += -Wl,--wrap=ecx_outframe_red -Wl,--wrap=ecx_waitinframe
 
 # The SDK's support library as native code: the same sources that modules are linked from.
 SDK_OBJ := $(addprefix $(BUILD)/obj/sdk-host/,number.o text16.o text8.o motion.o move.o)
@@ -49,7 +72,7 @@ $(BUILD)/math/libtgm_math.a: sdk/mk/math.sh $(wildcard sdk/src/math/*) third_par
 	$(Q)sdk/mk/math.sh $(@D) gcc -fPIC
 
 MACHINE_MODULE_DIR := $(BUILD)/machine_modules
-MACHINE_MODULES := $(addprefix $(MACHINE_MODULE_DIR)/,faults.so abi.so hostile.so data.so)
+MACHINE_MODULES := $(addprefix $(MACHINE_MODULE_DIR)/,faults.so abi.so hostile.so data.so stack.so)
 
 $(MACHINE_MODULE_DIR)/%.so: tests/machine_modules/%.S | $(BUILD)/.deps
 	@mkdir -p $(@D)
@@ -65,6 +88,8 @@ $(MACHINE_MODULE_DIR)/%.so: tests/machine_modules/%.c | $(BUILD)/.deps
 $(addprefix $(BUILD)/obj/tests/,$(MACHINE_TESTS:=.o)): ALL_CFLAGS += -Itests \
     -DTEST_MACHINE_MODULES_DIR='"$(MACHINE_MODULE_DIR)"'
 $(addprefix $(BUILD)/test/,$(MACHINE_TESTS)): | $(MACHINE_MODULES)
+$(BUILD)/obj/tests/test_machine_stack.o: ALL_CFLAGS += -DTEST_TEMPLATE='"$(BUILD)/template/shuttle.tgm"'
+$(BUILD)/test/test_machine_stack: | template-linked
 
 # Modules for tests of the host: every source of tests/host_modules for each layout.
 HOST_MODULE_DIR := $(BUILD)/host_modules
@@ -103,3 +128,14 @@ fixtures: $(FIXTURES) ## build the rules' fixture modules
 test-programs: $(addprefix $(BUILD)/test/,$(UNIT_TESTS) $(SDK_TESTS) $(IMAGE_TESTS) $(MACHINE_TESTS) $(BUS_TESTS) $(HOST_TESTS)) $(FIXTURES)
 
 -include $(wildcard $(BUILD)/obj/tests/*.d $(BUILD)/obj/sdk-host/*.d)
+
+# SOEM's own sources with its own port for Linux, as its users build them, under a walker of ours.
+SOEM_STOCK := third_party/soem
+SOEM_STOCK_CFLAGS := -std=gnu11 -O2 -g -DEC_VER2 -DUSE_SOEM_CONFIG_H -Itests/strangers -isystem $(SOEM_STOCK)/soem \
+    -isystem $(SOEM_STOCK)/osal -isystem $(SOEM_STOCK)/osal/linux -isystem $(SOEM_STOCK)/oshw/linux
+$(BUILD)/strangers/soem_walk: tests/strangers/soem_walk.c tests/strangers/soem_config.h third_party/soem/.from
+	@mkdir -p $(@D)
+	@echo "  CC     $@"
+	$(Q)$(CC) $(SOEM_STOCK_CFLAGS) -Wall -Wextra -Werror -c -o $@.o $<
+	$(Q)$(CC) $(SOEM_STOCK_CFLAGS) -w -o $@ $@.o $(SOEM_STOCK)/soem/*.c $(SOEM_STOCK)/osal/linux/*.c \
+	    $(SOEM_STOCK)/oshw/linux/*.c -lpthread

@@ -19,7 +19,8 @@
 #include <stdint.h>
 
 #define BUS_WHY        256
-#define BUS_MAX_SLAVES 64
+#define BUS_MAX_SLAVES 200
+#define BUS_FAULT_TEXT 128
 
 struct bus;
 struct bus_library; /* device types: those built in and those of device files (library.h) */
@@ -69,6 +70,14 @@ struct bus_config {
     /* Written by CoE on the way from PREOP to SAFEOP, whenever a slave goes it, in this order. */
     const struct bus_startup *startup;
     size_t startup_count;
+    const char *faults;                /* script of what goes wrong (faults.h); NULL: nothing */
+    const char *faults_name;           /* what messages call it */
+};
+
+/* A fault that was applied, or its end. */
+struct bus_fault_event {
+    uint64_t time_ns;
+    char text[BUS_FAULT_TEXT];
 };
 
 struct bus_slave {
@@ -177,6 +186,16 @@ int bus_sdo_write(struct bus *bus, size_t slave, uint16_t index, uint8_t subinde
 /* The outside world sets input `channel` of a slave from now on, instead of its stimuli: digital
  * inputs 0 or 1, analog inputs their raw value. -EINVAL: no such slave or channel. */
 int bus_set_input(struct bus *bus, size_t slave, unsigned channel, int64_t value);
+
+/* Time 0 of the fault script, and frame number 0, are now. Nothing of it happens before, except what
+ * it has for the start of the bus. */
+void bus_faults_begin(struct bus *bus, uint64_t now_ns);
+/* One fault now: "unplug after 2", "mailbox 1 silent for 20ms". 0, -EINVAL or -ENOSPC with a reason.
+ */
+int bus_fault(struct bus *bus, const char *text, uint64_t now_ns, char why[BUS_WHY]);
+/* What was applied so far, numbered from 0. False: not yet. Only the latest are remembered: the text
+ * of an older one is empty. */
+bool bus_fault_log(const struct bus *bus, uint64_t number, struct bus_fault_event *event);
 
 /* The device table: name and one-line description by index, NULL past the end. */
 const char *bus_device_type(size_t index, const char **description);

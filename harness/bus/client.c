@@ -2,6 +2,7 @@
 #include "bus/client.h"
 #include "bus/fiber.h"
 #include "bus/library.h"
+#include "bus/spread.h"
 
 #include <errno.h>
 #include <pthread.h>
@@ -23,14 +24,10 @@ static int fail(char why[BUS_WHY], int error, const char *format, ...)
     return error;
 }
 
-/* Spreads consecutive slaves' seeds over all bits (splitmix64). */
+/* Consecutive slaves' seeds differ in all bits. */
 static uint64_t slave_seed(uint64_t seed, size_t index)
 {
-    uint64_t z = seed + 0x9e3779b97f4a7c15u * (index + 1);
-
-    z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9u;
-    z = (z ^ z >> 27) * 0x94d049bb133111ebu;
-    return z ^ z >> 31;
+    return spread(seed + SPREAD_STEP * (index + 1));
 }
 
 static int build_segment(struct bus *bus, const struct bus_config *config, char why[BUS_WHY])
@@ -59,6 +56,18 @@ static int build_segment(struct bus *bus, const struct bus_config *config, char 
     segment_init(&bus->segment, bus->slaves, config->device_count);
     bus->wire = (struct wire){ .segment = &bus->segment, .capture = config->capture };
     return 0;
+}
+
+static int open_faults(struct bus *bus, const struct bus_config *config, char why[BUS_WHY])
+{
+    const char *text = config->faults ? config->faults : "";
+    int error = faults_open(&bus->faults, text, strlen(text),
+                            config->faults_name ? config->faults_name : "faults", &bus->segment,
+                            config->seed, why);
+
+    if (!error && config->faults)
+        bus->wire.faults = bus->faults;
+    return error;
 }
 
 static void wire_context(struct bus *bus)
@@ -140,7 +149,6 @@ static int init_port(struct bus *bus, bool redundant)
 
     if (!redundant)
         return ecx_init(&bus->context, "near end");
-    segment_close_ring(&bus->segment, true, 0);
     return ecx_init_redundant(&bus->context, &bus->second_port, "near end", second);
 }
 
@@ -264,11 +272,17 @@ int bus_open(struct bus **out, const struct bus_config *config, char why[BUS_WHY
     if (!error)
         error = build_segment(bus, config, why);
     if (!error)
+        error = open_faults(bus, config, why);
+    if (!error)
         error = scan(bus, config->device_count, config->redundant, why);
     if (!error)
         error = read_maps(bus, why);
     if (!error)
         error = configure(bus, why);
+    /* After the delays have been measured: in a closed ring the last port of every slave hears
+     * nothing, and SOEM would take it for the end of the line. */
+    if (!error && config->redundant)
+        segment_close_ring(&bus->segment, true, bus->clock.now_ns);
     bus_clock_enter(previous);
     if (error)
         bus_close(bus);
@@ -281,6 +295,7 @@ void bus_close(struct bus *bus)
 {
     if (!bus)
         return;
+    faults_close(bus->faults);
     for (size_t i = 0; i < BUS_MAX_SLAVES; i++)
         free(bus->devices[i]);
     fiber_close(bus->clock.fiber);

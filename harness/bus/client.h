@@ -4,6 +4,7 @@
 #define HARNESS_BUS_CLIENT_H
 
 #include "bus/bus.h"
+#include "bus/faults.h"
 #include "bus/port/clock.h"
 #include "bus/segment.h"
 #include "bus/slave.h"
@@ -21,6 +22,8 @@
 
 #define CLIENT_ENTRIES   64    /* mapped entries of one slave and direction */
 #define CLIENT_IMAGE_MAX 65536 /* SOEM's logical space of one group */
+
+#define CLIENT_APART     1024
 
 struct client_entry {
     uint16_t index;
@@ -52,6 +55,7 @@ struct bus {
     bool supervise;
     struct bus_startup *startup;
     size_t startup_count;
+    struct faults *faults; /* at the wire from the first fault on */
     struct slave *slaves;
     void *devices[BUS_MAX_SLAVES];
 
@@ -73,6 +77,8 @@ struct bus {
     ec_eepromSMt eepsm;
     ec_eepromFMMUt eepfmmu;
     uint8 iomap[CLIENT_IMAGE_MAX];
+    /* Copies between places that are nearly a multiple of 4 KiB apart are many times slower. */
+    uint8_t apart[CLIENT_APART];
 
     /* What the user of bus.h reads and writes, laid out like iomap. SOEM copies a returning LRW
      * over outputs and inputs alike; outputs written since the send must survive that. */

@@ -57,11 +57,29 @@ int bus_expected_wkc(const struct bus *bus)
 
 int bus_set_input(struct bus *bus, size_t slave, unsigned channel, int64_t value)
 {
-    const struct slave *s = &bus->slaves[slave];
+    struct slave *s = &bus->slaves[slave];
 
     if (slave >= bus->slave_count || !s->type->set_input)
         return -EINVAL;
+    slave_advance(s, bus->clock.now_ns);
     return s->type->set_input(s->device, channel, value);
+}
+
+void bus_faults_begin(struct bus *bus, uint64_t now_ns)
+{
+    faults_begin(bus->faults, now_ns);
+}
+
+int bus_fault(struct bus *bus, const char *text, uint64_t now_ns, char why[BUS_WHY])
+{
+    bus_clock_reach(&bus->clock, now_ns);
+    bus->wire.faults = bus->faults;
+    return faults_command(bus->faults, text, bus->clock.now_ns, why);
+}
+
+bool bus_fault_log(const struct bus *bus, uint64_t number, struct bus_fault_event *event)
+{
+    return faults_event(bus->faults, number, event);
 }
 
 static void write_state(struct bus *bus, size_t slave, unsigned state)

@@ -6,7 +6,7 @@
 #include "bus/identity.h"
 #include "bus/registers.h"
 
-#include <string.h>
+#include <errno.h>
 
 enum { CHANNELS = 8, OUTPUTS_AT = REG_DIGITAL_OUT, INPUTS_AT = REG_RAM, TYPE_BOOL = 1 };
 
@@ -14,6 +14,7 @@ struct dio {
     const struct bus_stimulus *stimuli;
     size_t stimulus_count;
     uint8_t inputs, pins;
+    uint8_t held, levels; /* inputs that no longer follow the stimuli, and what they are held at */
 };
 
 static void dio_init(void *device, const struct device_setup *setup)
@@ -50,6 +51,38 @@ static void dio_step(void *device, uint64_t now_ns)
         if (s->bit < CHANNELS && high(s, now_ns))
             dio->inputs |= (uint8_t)(1u << s->bit);
     }
+    dio->inputs = (uint8_t)((dio->inputs & ~dio->held) | dio->levels);
+}
+
+static int dio_set_input(void *device, unsigned channel, int64_t value)
+{
+    struct dio *dio = device;
+    uint8_t mask = (uint8_t)(1u << channel % CHANNELS);
+
+    if (channel >= CHANNELS || value < 0 || value > 1)
+        return -EINVAL;
+    dio->held |= mask;
+    dio->levels = (uint8_t)((dio->levels & ~mask) | (value ? mask : 0));
+    return 0;
+}
+
+static int dio_get_input(const void *device, unsigned channel, int64_t *value)
+{
+    const struct dio *dio = device;
+
+    if (channel >= CHANNELS)
+        return -EINVAL;
+    *value = dio->inputs >> channel & 1;
+    return 0;
+}
+
+static void dio_free_input(void *device, unsigned channel)
+{
+    struct dio *dio = device;
+    uint8_t mask = (uint8_t)(1u << channel % CHANNELS);
+
+    dio->held &= (uint8_t)~mask;
+    dio->levels &= (uint8_t)~mask;
 }
 
 static void dio_outputs(void *device, const uint8_t *data, size_t length, uint64_t now_ns)
@@ -139,4 +172,7 @@ const struct device_type dev_dio_8x8 = {
     .inputs = dio_inputs,
     .watchdog = dio_watchdog,
     .pins = dio_pins,
+    .set_input = dio_set_input,
+    .get_input = dio_get_input,
+    .free_input = dio_free_input,
 };

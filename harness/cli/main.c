@@ -12,6 +12,8 @@ static const struct command commands[] = {
       command_check },
     { "run", "MODULE.tgm [options]",
       "Runs a module on the simulated machine and shows what its axes do.", command_run },
+    { "bus", "--interface NAME DEVICE...",
+      "The simulated bus on a network interface, for any EtherCAT master.", command_bus },
     { "new", "NAME [options]", "Makes a project from a template, in a new folder.", command_new },
     { "inspect", "MODULE.tgm [--json FILE]",
       "Says what is inside a module file; runs nothing of it.", command_inspect },
@@ -43,7 +45,7 @@ static int unknown_command(const char *word)
     if (close != NULL)
         return complain(NULL, "unknown command '%s' (did you mean %s?)", word, close);
     return complain(NULL,
-                    "unknown command '%s'; allowed: check run inspect new registers rules "
+                    "unknown command '%s'; allowed: check run bus inspect new registers rules "
                     "explain help version",
                     word);
 }

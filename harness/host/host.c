@@ -30,6 +30,9 @@ static int bus_start(struct host *host, char why[HOST_WHY])
         .device_count = host->config.plant->device_count,
         .cycle_ns = host->config.cycle_us * 1000,
         .seed = host->config.seed,
+        .faults = host->config.faults,
+        .faults_name = host->config.faults_name,
+        .capture = host->config.capture,
     };
     return bus_open(&host->bus, &config, why);
 }
@@ -167,6 +170,7 @@ static bool start(struct host *host)
     if (host->bus != NULL) {
         bus_supervise(host->bus, true);
         bus_request_op(host->bus);
+        bus_faults_begin(host->bus, host->bus_zero);
     }
     return true;
 }
@@ -189,6 +193,20 @@ static void note_axes(struct host *host)
         (unsigned)(host->axis_count < EVIDENCE_AXES ? host->axis_count : EVIDENCE_AXES);
     for (unsigned i = 0; i < evidence->axis_count; i++)
         evidence->axis_position[i] = host->axes[i].reg->Position;
+}
+
+static void note_faults(struct host *host)
+{
+    struct evidence *evidence = host->evidence;
+    struct bus_fault_event event;
+    while (bus_fault_log(host->bus, evidence->fault_count, &event)) {
+        if (evidence->fault_count < EVIDENCE_FAULTS) {
+            struct evidence_fault *fault = &evidence->faults[evidence->fault_count];
+            fault->time_ns = (int64_t)(event.time_ns - host->bus_zero);
+            snprintf(fault->text, sizeof fault->text, "%s", event.text);
+        }
+        evidence->fault_count++;
+    }
 }
 
 static void receive(struct host *host)
@@ -261,6 +279,8 @@ static bool cycle(struct host *host)
     evidence->cycle = host->cycle;
     for (size_t i = 0; i < host->schedule->slot_count; i++)
         slot_run(host, &host->schedule->slots[i]);
+    if (host->bus != NULL)
+        note_faults(host);
     host->cycle++;
     evidence->cycles_done = host->cycle;
     evidence->time_ns = time_of(host);

@@ -90,8 +90,11 @@ struct host_config {
     const struct host_servo *servos; /* NULL: every axis of the bus, in bus order */
     unsigned servo_count;
     const struct servo_modes *modes; /* NULL: servo_modes_default */
+    const char *faults,
+        *faults_name; /* what goes wrong on the bus (docs/faults.md); NULL: nothing */
     bool without_bus; /* no slaves are made: for experiments that only call Program_Ini */
     struct mutation mutation;
+    struct pcap *capture; /* where the frames of the bus go; NULL: nowhere */
 };
 
 struct host; /* its first member says which layout it was made for */

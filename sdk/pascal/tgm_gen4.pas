@@ -476,8 +476,8 @@ type
   TGM_SYSTEM = record
     Header: HEADER; // @0 parts, no unit: fixed 128-byte identification block
     Main: MAIN; // @128 (5.00) parts, no unit: control words, counts, cycle timing
-    Reserve_Main: RESERVE_MAIN; // @2448 (5.00) parts, no unit: filler after MAIN
-    Timers: TIMERS; // @4224 parts, no unit: 64 up and 64 down counters
+    Reserve_Main: RESERVE_MAIN; // @2448 (5.00) parts, byte: filler after MAIN
+    Timers: TIMERS; // @4224 parts, ms: 64 up and 64 down counters
     Osc: OSC; // @4736 parts, no unit: oscilloscope registers, start at byte 4736
     Ecat_Driver: array[0..1] of ECAT_DRIVER; // @5304 (5.00) parts, no unit: NIC driver info, PC only
     Eeprom: EEPROM; // @5432 (5.00) parts, no unit: persistent area, fills memory to 8192 bytes

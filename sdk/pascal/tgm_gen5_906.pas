@@ -863,10 +863,10 @@ type
   TGM_SYSTEM = record
     Header: HEADER; // @0 parts, no unit: fixed 128-byte identification block
     Main: MAIN; // @128 parts, no unit: control words, counts, cycle timing
-    Reserve_Main: RESERVE_MAIN; // @2448 parts, no unit: filler after MAIN
+    Reserve_Main: RESERVE_MAIN; // @2448 parts, byte: filler after MAIN
     Osc_Ex: OSC_EX; // @3072 parts, no unit: additional oscilloscope triggers; ends at byte 3200
     Eth: ETH; // @3200 parts, no unit: user Ethernet connections, 1024 bytes
-    Timers: TIMERS; // @4224 parts, no unit: 64 up and 64 down counters
+    Timers: TIMERS; // @4224 parts, ms: 64 up and 64 down counters
     Osc: OSC; // @4736 parts, no unit: oscilloscope registers, start at byte 4736
     Ecat_Driver: array[0..1] of ECAT_DRIVER; // @5304 parts, no unit: NIC driver info, PC only
     Eeprom: EEPROM; // @5432 parts, no unit: persistent area, fills memory to 8192 bytes

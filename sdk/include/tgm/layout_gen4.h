@@ -741,8 +741,8 @@ TGM_LAYOUT_SIZE(EEPROM, 2760, 2760, 2760);
 typedef struct _SYSTEM {
     HEADER Header; /* @0 parts, no unit: fixed 128-byte identification block */
     MAIN Main; /* @128 (5.00) parts, no unit: control words, counts, cycle timing */
-    RESERVE_MAIN Reserve_Main; /* @2448 (5.00) parts, no unit: filler after MAIN */
-    TIMERS Timers; /* @4224 parts, no unit: 64 up and 64 down counters */
+    RESERVE_MAIN Reserve_Main; /* @2448 (5.00) parts, byte: filler after MAIN */
+    TIMERS Timers; /* @4224 parts, ms: 64 up and 64 down counters */
     OSC Osc; /* @4736 parts, no unit: oscilloscope registers, start at byte 4736 */
     ECAT_DRIVER Ecat_Driver[2]; /* @5304 (5.00) parts, no unit: NIC driver info, PC only */
     EEPROM Eeprom; /* @5432 (5.00) parts, no unit: persistent area, fills memory to 8192 bytes */

@@ -1130,10 +1130,10 @@ TGM_LAYOUT_SIZE(EEPROM, 2760, 2760, 2760);
 typedef struct _SYSTEM {
     HEADER Header; /* @0 parts, no unit: fixed 128-byte identification block */
     MAIN Main; /* @128 parts, no unit: control words, counts, cycle timing */
-    RESERVE_MAIN Reserve_Main; /* @2448 parts, no unit: filler after MAIN */
+    RESERVE_MAIN Reserve_Main; /* @2448 parts, byte: filler after MAIN */
     OSC_EX Osc_Ex; /* @3072 parts, no unit: additional oscilloscope triggers; ends at byte 3200 */
     ETH Eth; /* @3200 parts, no unit: user Ethernet connections, 1024 bytes */
-    TIMERS Timers; /* @4224 parts, no unit: 64 up and 64 down counters */
+    TIMERS Timers; /* @4224 parts, ms: 64 up and 64 down counters */
     OSC Osc; /* @4736 parts, no unit: oscilloscope registers, start at byte 4736 */
     ECAT_DRIVER Ecat_Driver[2]; /* @5304 parts, no unit: NIC driver info, PC only */
     EEPROM Eeprom; /* @5432 parts, no unit: persistent area, fills memory to 8192 bytes */
