@@ -396,6 +396,105 @@ static void edges_of_an_input_capture_the_position_once(void **state)
     }
 }
 
+/* --- anything --- */
+
+static uint32_t random_state;
+
+static uint32_t draw(void)
+{
+    random_state = random_state * 1664525u + 1013904223u;
+    return random_state >> 8;
+}
+
+/* A number of any kind: small, large, none. */
+static double anything(void)
+{
+    static const double odd[] = { 0,    -1,       1e-300, 1e300,        -1e300,     NAN,
+                                  1e15, INFINITY, 0.5,    -2147483648., 4294967295. };
+
+    switch (draw() % 3) {
+    case 0:
+        return odd[draw() % COUNT(odd)];
+    case 1:
+        return (double)(draw() % 8);
+    default:
+        return (double)draw() - 8388608.0;
+    }
+}
+
+/* Found by the sanitizers, or by the host's guard pages. */
+static void nothing_in_the_registers_harms_the_host(void **state)
+{
+    static const char *const doubles[] = {
+        "WritePosition",
+        "Offset",
+        "Correction",
+        "TransformedPosition",
+        "ExtPosition",
+        "Pg.Acc",
+        "Pg.Dec",
+        "Pg.APos",
+        "Pg.DPos",
+        "Pg.PosSpeed",
+        "Pg.Speed",
+        "Gear.Offset",
+        "Gear.Shift",
+        "Gear.ActualShift",
+        "Gear.IncShift",
+        "Gear.IncIn",
+        "Gear.CamScale",
+        "Gear.Position",
+        "Gear.CamIncPosition",
+        "Command.Par[0]",
+        "Command.Par[1]",
+        "Command.Par[7]",
+        "Command.Par[8]",
+    };
+    static const char *const words[] = {
+        "Mode",
+        "Control",
+        "Pg.Mode",
+        "Pg.Type",
+        "Gear.Mode",
+        "Gear.In",
+        "Gear.Out",
+        "Gear.SourceNumber",
+        "Gear.CamLine",
+        "Gear.CamLen",
+        "Gear.CamType",
+        "Gear.SourcePosition",
+        "Gear.CamTab",
+        "Gear.ActualIn",
+        "Gear.CamExpControl",
+        "Gear.CamExpLine1",
+        "DigitalIn",
+        "Capture.Control",
+        "Gear.CamExpAddress1",
+        "Gear.CamExpAddress2",
+        "Pg.Rdy",
+        "Gear.CamExpLine2",
+        "Command.Control",
+        "Capture.Typ_ExtCapture",
+    };
+
+    (void)state;
+    EACH_LAYOUT(p)
+    {
+        struct rig *rig = open_virtuals(p, 500);
+
+        random_state = (uint32_t)p + 1;
+        for (unsigned i = 0; i < 20000; i++) {
+            const unsigned servo = draw() % SERVOS;
+            const double word = (double)(draw() % 3 != 0 ? draw() % 8 : draw() << 9);
+
+            set(rig, servo, doubles[draw() % COUNT(doubles)], anything());
+            set(rig, servo, words[draw() % COUNT(words)], word);
+            rig_cycles(rig, 1);
+        }
+        rig_close(rig);
+    }
+}
+
 /* --- drives --- */
 
 static void a_drive_positions_with_the_profile_generator(void **state)
@@ -439,6 +538,31 @@ static void a_drive_positions_with_the_profile_generator(void **state)
             assert_true(fabs(get(rig, 0, "WriteSpeed")) <= 4e6 * (1 + 1e-6));
         }
         assert_true(fabs(get(rig, 0, "Position") - start) < 50);
+        rig_close(rig);
+    }
+}
+
+/* Its home switch, input 2, is active at and below 0. */
+static void a_drive_captures_where_its_switch_is(void **state)
+{
+    (void)state;
+    for (size_t p = 0; p < 2; p++) {
+        const struct host_config config = { .product = product_of(p) };
+        struct rig *rig = rig_open("idle", &config);
+
+        rig_start(rig);
+        rig_until(rig, "SERVO[0].EtherCATState", 8, 1000);
+        rig_cycles(rig, 10);
+        assert_true(get(rig, 0, "Position") > 400000);
+        SET(rig, 0, { "Capture.Typ_ExtCapture", 2 }, { "Capture.Control", 3 },
+            { "Command.Par[0]", -500000 }, { "Command.Par[1]", 2e6 }, { "Command.Par[2]", 1e7 });
+        command(rig, 0, 2, 3000);
+        assert_true(get(rig, 0, "Capture.Control") == 2);
+        assert_true(fabs(get(rig, 0, "Capture.PPosition")) <= 2e6 * 5e-4 * 1.1);
+        set(rig, 0, "Command.Par[0]", 300000);
+        command(rig, 0, 2, 3000);
+        assert_true(get(rig, 0, "Capture.Control") == 0);
+        assert_true(fabs(get(rig, 0, "Capture.NPosition")) <= 2e6 * 5e-4 * 1.1);
         rig_close(rig);
     }
 }
@@ -520,7 +644,9 @@ int main(void)
         cmocka_unit_test(a_command_takes_a_moving_gear_over_and_stops_it),
         cmocka_unit_test(commands_that_cannot_be_are_refused),
         cmocka_unit_test(edges_of_an_input_capture_the_position_once),
+        cmocka_unit_test(nothing_in_the_registers_harms_the_host),
         cmocka_unit_test(a_drive_positions_with_the_profile_generator),
+        cmocka_unit_test(a_drive_captures_where_its_switch_is),
         cmocka_unit_test(the_list_says_which_servo_is_which),
     };
 
