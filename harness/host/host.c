@@ -41,11 +41,11 @@ static int bus_ready(struct host *host, char why[HOST_WHY])
 {
     if (host->bus == NULL)
         return 0;
-    if (host->axis_count != host->config.plant->servos ||
+    if (host->axis_count != host_servos(host) ||
         host->terminal_count != host->config.plant->dios) {
         snprintf(why, HOST_WHY,
                  "the bus has %zu servos and %zu I/O units, the configuration says %u and %u",
-                 host->axis_count, host->terminal_count, host->config.plant->servos,
+                 host->axis_count, host->terminal_count, host_servos(host),
                  host->config.plant->dios);
         return -ENODEV;
     }
@@ -107,7 +107,7 @@ static int open_host(struct host **out, const struct host_config *config, struct
     r = find_entries(host, why);
     if (r == 0)
         r = memories_open(host, why);
-    if (r == 0 && !config->without_bus)
+    if (r == 0 && !config->without_bus && config->plant->device_count > 0)
         r = bus_start(host, why);
     if (r == 0)
         r = parts_open(host, why);

@@ -11,8 +11,9 @@
  * compiled once for each layout (host_parts.h); the functions below find the one that the product
  * needs. Nothing outside the host room sees a layout.
  *
- * Which slave becomes which register group: bus order; every CiA 402 axis is the next SERVO, every
- * slave without axes that has process data is the next DIO.
+ * Which slave becomes which register group: the list of servos, where there is one, otherwise bus
+ * order; every CiA 402 axis is the next SERVO, every slave without axes that has process data is
+ * the next DIO.
  */
 #ifndef HARNESS_HOST_HOST_H
 #define HARNESS_HOST_HOST_H
@@ -58,12 +59,37 @@ struct mutation {
     uint64_t value;
 };
 
+/* One SERVO register group, in the order of the configuration. */
+struct host_servo {
+    uint32_t type;       /* SERVO_TYPE_...; 0 is a virtual servo, behind which there is no slave */
+    uint32_t node;       /* place of its slave on the bus, from 1 */
+    uint32_t axis;       /* of a drive with several, from 1; 0 means 1 */
+    uint32_t feedback;   /* SERVO.FeedbackType, where the layout has it */
+    uint32_t resolution; /* inc/rev of a virtual servo, 0: 2^20; a drive tells its own */
+};
+
+/* SERVO.Mode: which value selects which source of motion (docs/decisions.md, M1). */
+struct servo_modes {
+    int32_t off;          /* none; the axis is disabled */
+    int32_t position;     /* the PLC writes WritePosition */
+    int32_t pg;           /* the profile generator, SERVO.Pg */
+    int32_t gear;         /* linear gear or cam, SERVO.Gear */
+    int32_t pg_gear;      /* the sum of both */
+    int32_t interpolator; /* the axis of an interpolator that SERVO.Cnc names */
+    int32_t user;         /* TransformedPosition */
+};
+
+extern const struct servo_modes servo_modes_default;
+
 struct host_config {
     const struct product *product;
     uint32_t cycle_us;             /* one the product allows */
     uint32_t program_period_us[3]; /* Program_01..03; 0 = the product's default */
     uint64_t seed;
     const struct plant *plant;
+    const struct host_servo *servos; /* NULL: every axis of the bus, in bus order */
+    unsigned servo_count;
+    const struct servo_modes *modes; /* NULL: servo_modes_default */
     const char *faults,
         *faults_name; /* what goes wrong on the bus (docs/faults.md); NULL: nothing */
     bool without_bus; /* no slaves are made: for experiments that only call Program_Ini */

@@ -9,3 +9,7 @@ static const struct bus_device default_devices[] = {
     { .type = "dio-8x8", .stimuli = &button, .stimulus_count = 1 },
 };
 const struct plant plant_default = { default_devices, 2, 1, 1 };
+
+const struct servo_modes servo_modes_default = {
+    .off = 0, .position = 1, .pg = 2, .gear = 3, .pg_gear = 4, .interpolator = 5, .user = 9
+};
