@@ -59,13 +59,14 @@ BUS_SRC := client.c client_cycle.c client_jobs.c client_map.c client_watch.c fib
     sync.c \
     pcap.c rack.c view.c live.c live_socket.c \
     port/clock.c port/port.c
-HOST_SRC := product.c schedule.c catalogue.c text16.c evidence.c plant.c host_select.c experiment.c \
+HOST_SRC := product.c schedule.c catalogue.c text16.c evidence.c plant.c host_select.c osc.c experiment.c \
     profile_shape.c \
     profile_motion.c \
     gear_motion.c
 # What touches registers: once for each layout of the shared memories.
 LAYOUT_SRC := host.c host_rows.c memories.c services.c timers.c servo.c dio.c \
     motion.c \
+    scope.c \
     command.c \
     capture.c
 LAYOUTS := gen4 gen5_905 gen5_906

@@ -41,8 +41,7 @@ static int bus_ready(struct host *host, char why[HOST_WHY])
 {
     if (host->bus == NULL)
         return 0;
-    if (host->axis_count != host_servos(host) ||
-        host->terminal_count != host->config.plant->dios) {
+    if (host->axis_count != host_servos(host) || host->terminal_count != host->config.plant->dios) {
         snprintf(why, HOST_WHY,
                  "the bus has %zu servos and %zu I/O units, the configuration says %u and %u",
                  host->axis_count, host->terminal_count, host_servos(host),
@@ -317,6 +316,9 @@ const struct host_ops HOST_OPS = {
     .start = start,
     .cycle = cycle,
     .on_sample = on_sample,
+    .osc_arm = scope_arm,
+    .osc_samples = scope_samples,
+    .osc_row = scope_row,
     .cycles = cycles,
     .time = time_of,
     .register_at = register_at,

@@ -7,5 +7,6 @@ const struct host_part *const host_parts[] = {
     &host_capture,
     &host_motion,
     &host_dio,
+    &host_scope,
     NULL,
 };
