@@ -4,8 +4,9 @@
  *
  * A device type is one const row: identity and SII content as data, an object dictionary when it
  * speaks CoE, and a handful of callbacks. Adding a device is one file with such a row and one line
- * in devices.c. Callbacks run inside segment processing: they must not block, allocate or look at
- * any clock but the one they are given.
+ * in devices.c; adding a terminal is one device file in terminals/ and one line there. Callbacks
+ * run inside segment processing: they must not block, allocate or look at any clock but the one
+ * they are given.
  */
 #ifndef HARNESS_BUS_DEVICE_H
 #define HARNESS_BUS_DEVICE_H
@@ -15,8 +16,12 @@
 #include "bus/sii.h"
 
 /* What a device instance is born with. */
+struct device_type;
+
 struct device_setup {
-    uint64_t seed; /* differs per slave; the only source of variation */
+    const struct device_type *type;
+    struct bus_identity identity; /* as it stands in the SII */
+    uint64_t seed;                /* differs per slave; the only source of variation */
     uint32_t serial;
     const struct bus_stimulus *stimuli;
     size_t stimulus_count;
@@ -31,7 +36,8 @@ struct device_type {
     /* Device emulation: the controller copies AL control to AL status and nobody checks anything,
      * as in terminals without a processor. */
     bool al_emulation;
-    bool dc; /* has a distributed clock; without, its registers do not answer */
+    bool dc;            /* has a distributed clock; without, its registers do not answer */
+    bool dc_delay_only; /* with dc: of the clock there are the receive times of the ports only */
 
     /* NULL for devices without CoE; `od->pdo` then decides the process image sizes. */
     const struct od *od;
@@ -52,6 +58,7 @@ struct device_type {
     /* The outside world holds input `channel` at `value` from now on (bus_set_input). 0 or -EINVAL;
      * NULL: no inputs. */
     int (*set_input)(void *device, unsigned channel, int64_t value);
+    unsigned input_count; /* channels of set_input */
     /* Something in the device breaks: axis `axis` (from 0) goes into fault reaction with the CiA
      * 402 error code. 0 or -EINVAL; NULL: cannot. */
     int (*fault)(void *device, unsigned axis, uint16_t code, uint64_t now_ns);
@@ -60,5 +67,7 @@ struct device_type {
 /* NULL past the end. */
 const struct device_type *device_type(size_t index);
 const struct device_type *device_type_find(const char *name);
+/* The device file of a built-in terminal; NULL when `name` is none. */
+const char *device_text(const char *name);
 
 #endif

@@ -10,7 +10,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#define MAILBOX_MAX    256 /* largest mailbox of any device here, bytes */
+#define MAILBOX_MAX    1024 /* largest mailbox of any device here, bytes */
 #define MAILBOX_QUEUE  4
 #define MAILBOX_HEADER 6
 #define COE_TRANSFER   512 /* largest object in one (segmented or complete) transfer, bytes */

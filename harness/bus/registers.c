@@ -3,7 +3,7 @@
 
 #include <string.h>
 
-enum { R = 1, W = 2, RW = R | W, DC = 4 };
+enum { R = 1, W = 2, RW = R | W, DC = 4, TIME = 8 };
 
 typedef bool (*write_hook)(struct slave *, uint16_t, const uint8_t *, size_t);
 typedef void (*read_hook)(struct slave *, uint16_t, size_t);
@@ -149,19 +149,19 @@ static const struct row {
     { 0x0600, 0x067f, RW, fmmu_write_registers, NULL },
     { 0x0800, 0x083f, RW, syncman_write_registers, NULL },
     { 0x0900, 0x090f, RW | DC, dc_latch_ports, NULL },
-    { 0x0910, 0x0917, RW | DC, dc_write_time, dc_refresh },
-    { 0x0918, 0x091f, R | DC, NULL, NULL },
-    { 0x0920, 0x092b, RW | DC, NULL, NULL },
-    { 0x092c, 0x092f, R | DC, NULL, dc_refresh },
-    { 0x0930, 0x0931, RW | DC, dc_write_speed, NULL },
-    { 0x0932, 0x0933, R | DC, NULL, NULL },
-    { 0x0934, 0x0935, RW | DC, NULL, NULL },
-    { 0x0980, 0x0981, RW | DC, NULL, NULL },
-    { 0x0982, 0x0984, R | DC, NULL, NULL },
-    { 0x098e, 0x098f, R | DC, NULL, NULL },
-    { 0x0990, 0x0997, RW | DC, NULL, NULL },
-    { 0x0998, 0x099f, R | DC, NULL, NULL },
-    { 0x09a0, 0x09a7, RW | DC, NULL, NULL },
+    { 0x0910, 0x0917, RW | DC | TIME, dc_write_time, dc_refresh },
+    { 0x0918, 0x091f, R | DC | TIME, NULL, NULL },
+    { 0x0920, 0x092b, RW | DC | TIME, NULL, NULL },
+    { 0x092c, 0x092f, R | DC | TIME, NULL, dc_refresh },
+    { 0x0930, 0x0931, RW | DC | TIME, dc_write_speed, NULL },
+    { 0x0932, 0x0933, R | DC | TIME, NULL, NULL },
+    { 0x0934, 0x0935, RW | DC | TIME, NULL, NULL },
+    { 0x0980, 0x0981, RW | DC | TIME, NULL, NULL },
+    { 0x0982, 0x0984, R | DC | TIME, NULL, NULL },
+    { 0x098e, 0x098f, R | DC | TIME, NULL, NULL },
+    { 0x0990, 0x0997, RW | DC | TIME, NULL, NULL },
+    { 0x0998, 0x099f, R | DC | TIME, NULL, NULL },
+    { 0x09a0, 0x09a7, RW | DC | TIME, NULL, NULL },
     { 0x0f00, 0x0f03, RW, NULL, NULL },
     { 0x0f10, 0x0f13, R, NULL, read_pins },
     { 0x0f18, 0x0f1f, R, NULL, NULL },
@@ -200,6 +200,8 @@ static bool part_of(const struct slave *slave, const struct row *row, unsigned a
     if (first > last || !(row->access & access))
         return false;
     if ((row->access & DC) && !(slave->memory[REG_FEATURES] & FEATURE_DC))
+        return false;
+    if ((row->access & TIME) && slave->type->dc_delay_only)
         return false;
     part->address = (uint16_t)first;
     part->offset = first - address;
@@ -243,6 +245,17 @@ bool registers_write(struct slave *slave, uint32_t address, const uint8_t *data,
     return any;
 }
 
+/* Two bits a port (0 none, 2 EBUS, 3 MII) from the nibbles of the SII. */
+static uint8_t port_descriptor(unsigned ports)
+{
+    static const uint8_t kind[16] = { [1] = 3, [3] = 2, [4] = 3 };
+    unsigned descriptor = 0;
+
+    for (unsigned port = 0; port < 4; port++)
+        descriptor |= (unsigned)kind[ports >> (4 * port) & 0x0f] << (2 * port);
+    return (uint8_t)descriptor;
+}
+
 void registers_reset(struct slave *slave)
 {
     static const struct {
@@ -251,7 +264,7 @@ void registers_reset(struct slave *slave)
         { REG_TYPE, 0x11 },
         { REG_BUILD, 0x0002 },
         { REG_FMMU_COUNT, SLAVE_FMMUS | SLAVE_SMS << 8 },
-        { REG_RAM_SIZE, SLAVE_RAM_KIB | 0x0f << 8 }, /* ports 0 and 1 MII */
+        { REG_RAM_SIZE, SLAVE_RAM_KIB },
         { REG_DL_CONTROL, DL_CONTROL_FORWARDING },
         { REG_DL_CONTROL + 2, 0x0007 },
         { REG_AL_CONTROL, AL_INIT },
@@ -270,6 +283,7 @@ void registers_reset(struct slave *slave)
     put_u16(slave->memory + REG_DL_STATUS, links);
     for (size_t i = 0; i < sizeof initial / sizeof *initial; i++)
         put_u16(slave->memory + initial[i].address, initial[i].value);
+    slave->memory[REG_PORTS] = port_descriptor(slave->type->sii->ports);
     put_u16(slave->memory + REG_FEATURES, slave->type->dc ? FEATURE_DC | FEATURE_DC_64 : 0);
     memset(slave->sm, 0, sizeof slave->sm);
     memset(slave->fmmu, 0, sizeof slave->fmmu);

@@ -28,13 +28,15 @@ static void take_identity(struct sii_info *sii, const struct bus_identity *ident
 int slave_init(struct slave *slave, const struct slave_setup *setup)
 {
     const struct device_type *type = setup->type;
-    struct device_setup device = { .seed = setup->seed,
+    struct device_setup device = { .type = type,
+                                   .seed = setup->seed,
                                    .serial = setup->serial,
                                    .stimuli = setup->stimuli,
                                    .stimulus_count = setup->stimulus_count };
     struct sii_info sii = *type->sii;
 
     take_identity(&sii, setup->identity);
+    device.identity = (struct bus_identity){ sii.vendor, sii.product, sii.revision };
     memset(slave, 0, sizeof *slave);
     slave->type = type;
     slave->device = setup->device;
