@@ -17,9 +17,9 @@ INCLUDE := -I. -Iharness -Isdk/include
 OPT     ?= -O2 -g
 # No fused multiply-add: recordings are the same to the last bit on every processor.
 ALL_CFLAGS = -std=gnu11 $(OPT) -ffp-contract=off $(WARN) $(INCLUDE) -MMD -MP $(CFLAGS)
-BUS_CFLAGS = -DEC_VER2 -Iharness/bus/port -isystem third_party/soem/soem -isystem third_party/soem/osal
+BUS_CFLAGS = -DEC_VER2 -Iharness/bus/port -isystem third_party/soem/soem -isystem third_party/soem/osal -isystem /usr/include/libxml2
 SOEM_CFLAGS = -std=gnu11 -O2 -g -w -DEC_VER2 -Iharness -Iharness/bus/port -Ithird_party/soem/soem -Ithird_party/soem/osal $(CFLAGS)
-LIBS    := -lelf -ldw -lsodium -lseccomp -ljansson -lm
+LIBS    := -lelf -ldw -lsodium -lseccomp -ljansson -lxml2 -lm
 
 # --- sources -------------------------------------------------------------------------------------
 
@@ -29,8 +29,19 @@ IMAGE_SRC := image.c image_sort.c image_text.c elf.c elf_kinds.c elf_header.c el
 MACHINE_SRC := load.c poison.c regions.c call.c fault.c attribute.c watchdog.c sandbox.c filter.c confine.c worker.c
 BUS_SRC := client.c client_cycle.c client_map.c segment.c slave.c registers.c sii.c syncman.c fmmu.c al.c dc.c \
     watchdog.c mailbox.c coe.c coe_info.c od.c pdo.c cia402.c axis.c devices.c dev_drive.c drive.c drive_cyclic.c \
-    drive_homing.c drive_od.c drive_profile.c dev_dio.c wire.c \
-    port/clock.c port/port.c
+    drive_homing.c drive_od.c drive_profile.c wire.c \
+    port/clock.c port/port.c \
+    scan.c \
+    stimulus.c \
+    terminal.c \
+    description.c \
+    description_build.c \
+    device_file.c \
+    device_write.c \
+    library.c \
+    esi.c \
+    busfile.c
+TERMINALS := $(wildcard harness/bus/terminals/*.device)
 HOST_SRC := product.c schedule.c catalogue.c text16.c evidence.c memories.c services.c servo.c dio.c host.c experiment.c
 REPORT_SRC := text.c json.c
 CLI_SRC := main.c options.c output.c check.c run.c inspect.c inspect_text.c inspect_json.c rules.c new.c registers.c
@@ -40,6 +51,7 @@ SOEM_SRC := ethercatbase.c ethercatcoe.c ethercatconfig.c ethercatdc.c ethercatm
 ROOM_OBJ := $(addprefix $(BUILD)/obj/harness/image/,$(IMAGE_SRC:.c=.o)) \
     $(addprefix $(BUILD)/obj/harness/machine/,$(MACHINE_SRC:.c=.o)) $(BUILD)/obj/harness/machine/trampoline.o \
     $(addprefix $(BUILD)/obj/harness/bus/,$(BUS_SRC:.c=.o)) \
+    $(BUILD)/obj/harness/bus/terminals.o \
     $(addprefix $(BUILD)/obj/harness/host/,$(HOST_SRC:.c=.o)) \
     $(addprefix $(BUILD)/obj/harness/report/,$(REPORT_SRC:.c=.o)) \
     $(addprefix $(BUILD)/obj/conformance/,$(CONFORMANCE_SRC:.c=.o)) \
@@ -161,6 +173,8 @@ $(BUILD)/obj/%.o: %.c | $(BUILD)/.deps
 	@mkdir -p $(@D)
 	@echo "  CC     $<"
 	$(Q)$(CC) $(ALL_CFLAGS) -c -o $@ $<
+
+$(BUILD)/obj/harness/bus/terminals.o: $(TERMINALS)
 
 $(BUILD)/obj/%.o: %.S | $(BUILD)/.deps
 	@mkdir -p $(@D)
