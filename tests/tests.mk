@@ -24,7 +24,11 @@ SDK_TESTS := test_sdk_mem test_sdk_text test_sdk_motion test_sdk_start test_sdk_
 IMAGE_TESTS := test_image test_image_real test_image_bad test_image_damage test_image_memory \
     test_image_pe test_image_pe_bad test_image_arm test_image_flat
 MACHINE_TESTS := test_machine test_machine_call test_machine_load test_machine_seal test_worker
-BUS_TESTS := test_segment test_slave test_coe test_drive test_bus
+BUS_TESTS := test_segment test_slave test_coe test_drive test_bus \
+    test_terminals \
+    test_device_file \
+    test_esi \
+    test_busfile
 
 $(addprefix $(BUILD)/obj/tests/,$(BUS_TESTS:=.o) bench_bus.o): ALL_CFLAGS += -Itests $(BUS_CFLAGS)
 

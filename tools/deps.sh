@@ -14,6 +14,7 @@ build libdw-dev      source lines of a module, from its debug information
 build libseccomp-dev confines the reading of debug information
 build libsodium-dev  SHA-256 of modules
 build libjansson-dev JSON reports
+build libxml2-dev   device descriptions (ESI)
 build python3        generates layouts and fetches SOEM
 build python3-pip    fetches SOEM's source archive by name
 build ca-certificates lets the fetch verify its source

@@ -34,7 +34,7 @@ static const struct terminal_pdo *find_pdo(const struct terminal_direction *dire
     return NULL;
 }
 
-/* False: more entries than the type has altogether, so that one is assigned twice. */
+/* False: more than the type has altogether, or than its sync manager holds. */
 static bool append(struct terminal *terminal, enum pdo_direction d, const struct terminal_pdo *pdo)
 {
     struct terminal_move *moves = moves_of(terminal, d);
@@ -58,12 +58,17 @@ static bool append(struct terminal *terminal, enum pdo_direction d, const struct
 static bool append_assigned(struct terminal *terminal, enum pdo_direction d)
 {
     const struct terminal_direction *direction = &terminal->type->direction[d];
+    const uint8_t *list = at(terminal, direction->assign_pdos);
     unsigned count = *at(terminal, direction->assign_count);
 
     for (unsigned i = 0; i < count; i++) {
-        uint16_t index = (uint16_t)od_load(at(terminal, direction->assign_pdos + 2 * i), 2);
-        const struct terminal_pdo *pdo = find_pdo(direction, index);
+        uint64_t index = od_load(list + 2 * i, 2);
+        const struct terminal_pdo *pdo = find_pdo(direction, (uint16_t)index);
 
+        for (unsigned k = 0; k < i; k++) {
+            if (od_load(list + 2 * k, 2) == index)
+                return false;
+        }
         if (!pdo || !append(terminal, d, pdo))
             return false;
     }
