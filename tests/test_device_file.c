@@ -238,7 +238,7 @@ static const struct {
                                         "\"pdo\" or \"object\"" },
     { COE "gap 3\n", "x.device:8:1: a gap outside of a PDO; expected it behind \"pdo\"" },
     { COE "pdo tx 0x1A00 sm 3 \"T\"\n  entry 0x6000:01 u61 \"V\"\n",
-      "x.device:9:19: unknown word \"u61\" (did you mean \"u16\"?); expected a data type" },
+      "x.device:9:19: unknown word \"u61\" (did you mean \"u64\"?); expected a data type" },
     { COE "pdo tx 0x1A00 sm 3 \"T\"\n  entry 0x6000:01 string \"V\"\n",
       "x.device:9:3: a string in a PDO; expected a type of fixed size" },
     { HEAD "a\001b\n", "x.device:3:2: byte 0x01; expected text" },

@@ -547,8 +547,8 @@ static int add_array(struct esi *esi, xmlNode *item, xmlNode *array, xmlNode **i
     for (uint32_t i = 0; i < count; i++) {
         uint16_t may = access_of(*info, access);
 
-        if (add_row(esi, item, child(*info, "Info"), index, first + i, type, bits / count, may,
-                    object))
+        if (add_row(esi, *info && child(*info, "Name") ? *info : item, child(*info, "Info"), index,
+                    first + i, type, bits / count, may, object))
             return -EINVAL;
         if (*info)
             *info = next(*info, "SubItem");
@@ -799,29 +799,40 @@ static bool is_newest(xmlNode *device)
     return true;
 }
 
-static bool selected(xmlNode *device, const char *select)
+enum selection { NOT_SELECTED, SELECTED, SELECTED_EXACTLY };
+
+/* By type or product code the highest revision is meant; TYPE@0xREVISION names one of the others.
+ */
+static enum selection selected(xmlNode *device, const char *select)
 {
+    char text[ESI_TEXT], name[ESI_TEXT + 16];
     xmlNode *type = child(device, "Type");
-    char text[ESI_TEXT];
-    uint32_t wanted, product;
+    uint32_t wanted, product, revision = 0;
 
     if (!select)
-        return true;
+        return SELECTED_EXACTLY;
     if (!type)
-        return false;
-    if (strcmp(content(type, text), select) == 0)
-        return true;
+        return NOT_SELECTED;
+    number(attribute(type, "RevisionNo", text), &revision);
+    content(type, text);
+    snprintf(name, sizeof name, "%s@0x%08X", text, revision);
+    if (strcmp(name, select) == 0)
+        return SELECTED_EXACTLY;
+    if (strcmp(text, select) == 0)
+        return SELECTED;
     return number(select, &wanted) && number(attribute(type, "ProductCode", text), &product) &&
-           product == wanted;
+                   product == wanted
+               ? SELECTED
+               : NOT_SELECTED;
 }
 
-static int give(struct esi *esi, xmlNode *device, const char *select, description_taker *take,
+static int give(struct esi *esi, xmlNode *device, enum selection selection, description_taker *take,
                 void *argument)
 {
     bool newest = is_newest(device);
     int error;
 
-    if (select && !newest)
+    if (selection == SELECTED && !newest)
         return 0;
     esi->d = description_new(esi->file);
     if (!esi->d) {
@@ -855,10 +866,12 @@ static int read_info(struct esi *esi, xmlNode *root, const char *select, descrip
         return fail(esi, devices ? devices : root,
                     "no devices; expected <Descriptions>, <Devices>, <Device>");
     for (xmlNode *n = child(devices, "Device"); !error && n; n = next(n, "Device")) {
-        if (!selected(n, select))
+        enum selection selection = selected(n, select);
+
+        if (selection == NOT_SELECTED)
             continue;
         found++;
-        error = give(esi, n, select, take, argument);
+        error = give(esi, n, selection, take, argument);
     }
     if (!error && !found)
         return fail(esi, devices, "no device \"%.60s\"; expected a <Type> or its ProductCode",

@@ -332,7 +332,7 @@ void terminal_type_wire(struct terminal_type *type)
     device->inputs = terminal_inputs;
     device->watchdog = terminal_watchdog;
     device->pins = terminal_pins;
-    device->set_input = terminal_set_input;
+    device->set_input = type->input_count ? terminal_set_input : NULL;
     device->input_count = type->input_count;
     for (unsigned d = PDO_RX; d <= PDO_TX; d++)
         type->od.pdo[d] = (struct od_pdo){
