@@ -125,6 +125,32 @@ static void the_example_works_under_soem(void **state)
     library_close(library);
 }
 
+static void outputs_are_safe_after_power_on(void **state)
+{
+    struct bus_library *library;
+    struct slave *slave = calloc(1, sizeof *slave);
+    struct slave_setup setup = { .serial = 77 };
+    char why[LIBRARY_WHY];
+    uint8_t bytes[4];
+    size_t size = 4;
+
+    (void)state;
+    assert_int_equal(library_open(&library), 0);
+    assert_int_equal(library_load(library, example, why), 0);
+    setup.type = library_find(library, "pressure");
+    setup.device = calloc(1, setup.type->size);
+    assert_int_equal(slave_init(slave, &setup), 0);
+    slave_power_on(slave, 5);
+    assert_int_equal(od_read(setup.type->od, setup.device, AL_PREOP, 0x7000, 1, bytes, &size), 0);
+    assert_int_equal(bytes[0], 1);
+    size = 4;
+    assert_int_equal(od_read(setup.type->od, setup.device, AL_PREOP, 0x1018, 4, bytes, &size), 0);
+    assert_int_equal(get_u32(bytes), 77);
+    free(setup.device);
+    free(slave);
+    library_close(library);
+}
+
 static int read_text(const char *text, char why[SCAN_WHY])
 {
     struct description *d = description_new("x.device");
@@ -389,6 +415,7 @@ int main(void)
         T(the_example_of_the_manual_is_the_file_that_is_tested),
         T(the_example_becomes_the_type_it_describes),
         T(the_example_works_under_soem),
+        T(outputs_are_safe_after_power_on),
         T(damaged_files_are_told_line_column_and_expectation),
         T(an_image_larger_than_the_memory_is_refused),
         T(more_than_an_sii_holds_is_refused),

@@ -273,6 +273,42 @@ static void damaged_files_are_told_line_and_expectation(void **state)
     }
 }
 
+static void a_file_with_one_bad_device_adds_none(void **state)
+{
+    char path[] = "/tmp/tgm-esi-XXXXXX.xml", why[LIBRARY_WHY];
+    FILE *stream = fdopen(mkstemps(path, 4), "w");
+    struct bus_library *library = loaded("tests/devices/example.xml#XA-1");
+
+    (void)state;
+    assert_non_null(stream);
+    fputs(BEGIN TYPE "</Device>\n<Device>" END, stream);
+    fclose(stream);
+    assert_int_equal(library_load(library, path, why), -22);
+    unlink(path);
+    assert_int_equal(library_file_types(library), 1);
+    assert_null(library_find(library, "T"));
+    assert_non_null(library_find(library, "XA-1"));
+    library_close(library);
+}
+
+/* Two devices of one type and revision: the first one counts, and the second has another name. */
+static int collect(void *argument, const struct description *d, char why[LIBRARY_WHY])
+{
+    (void)why;
+    strcat(strcat(argument, d->type), " ");
+    return 0;
+}
+
+static void of_equal_revisions_the_first_has_the_name(void **state)
+{
+    static const char text[] = BEGIN TYPE "</Device><Device>" TYPE END;
+    char why[LIBRARY_WHY], names[64] = "";
+
+    (void)state;
+    assert_int_equal(esi_read("x.xml", text, strlen(text), NULL, collect, names, why), 0);
+    assert_string_equal(names, "T T@0x00000000 ");
+}
+
 static void a_file_cut_anywhere_is_refused(void **state)
 {
     char why[LIBRARY_WHY], *text;
@@ -299,6 +335,8 @@ int main(void)
         T(one_device_is_chosen_by_type_product_or_revision),
         T(conversion_takes_one_device),
         T(damaged_files_are_told_line_and_expectation),
+        T(a_file_with_one_bad_device_adds_none),
+        T(of_equal_revisions_the_first_has_the_name),
         T(a_file_cut_anywhere_is_refused),
     };
 

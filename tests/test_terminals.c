@@ -118,6 +118,44 @@ static void sixteen_outputs_reach_the_pins_and_drop_with_the_watchdog(void **sta
     rig_free(rig);
 }
 
+static void outputs_are_safe_outside_of_op(void **state)
+{
+    struct rig *rig = rig_of("do-8");
+    uint8_t out = 0x5a;
+
+    (void)state;
+    write_sm(rig, 0x1001, 0, 0x0f00, 1, 0x44, 1);
+    al_request(rig, 0x1001, AL_OP);
+    exchange(rig, FPWR, AT(0x1001, 0x0f00), &out, 1);
+    assert_int_equal(read_u32(rig, 0x1001, REG_GPO), 0x5a);
+    assert_int_equal(al_request(rig, 0x1001, AL_SAFEOP), AL_SAFEOP);
+    assert_int_equal(read_u32(rig, 0x1001, REG_GPO), 0);
+    rig_free(rig);
+}
+
+static void several_signals_of_a_digital_input_are_or(void **state)
+{
+    static const struct bus_stimulus stimuli[] = {
+        { .bit = 2, .kind = BUS_CONSTANT, .offset = 1 },
+        { .bit = 2, .kind = BUS_CONSTANT, .offset = 1 },
+        { .bit = 7, .kind = BUS_CONSTANT, .offset = 1, .phase_ns = 1000 * MS },
+    };
+    const struct device_type *type = device_type_find("di-8");
+    struct device_setup setup = { .type = type, .stimuli = stimuli, .stimulus_count = 3 };
+    void *device = calloc(1, type->size);
+    uint8_t in = 0;
+
+    (void)state;
+    type->init(device, &setup);
+    type->step(device, 0);
+    type->inputs(device, &in, 1);
+    assert_int_equal(in, 0x04);
+    type->step(device, 1000 * MS);
+    type->inputs(device, &in, 1);
+    assert_int_equal(in, 0x84);
+    free(device);
+}
+
 static void inputs_hold_what_the_outside_world_sets(void **state)
 {
     struct rig *rig = rig_of("di-16");
@@ -446,9 +484,9 @@ static void put(struct rig *rig, uint8_t subindex, uint16_t value, size_t size, 
     uint8_t bytes[2];
 
     put_u16(bytes, value);
-    assert_int_equal(od_write(rig->slaves[0].type->od, rig->devices[0], AL_PREOP, 0x1c13, subindex,
-                              bytes, size),
-                     abort);
+    assert_int_equal(
+        od_write(rig->slaves[0].type->od, rig->devices[0], AL_PREOP, 0x1c13, subindex, bytes, size),
+        abort);
 }
 
 /* The channels without their status: what a master assigns that wants 16 bits a channel. */
@@ -489,6 +527,8 @@ int main(void)
         T(a_coupler_has_three_ports_and_a_whole_clock),
         T(a_terminal_measures_delays_and_has_no_system_time),
         T(sixteen_outputs_reach_the_pins_and_drop_with_the_watchdog),
+        T(outputs_are_safe_outside_of_op),
+        T(several_signals_of_a_digital_input_are_or),
         T(inputs_hold_what_the_outside_world_sets),
         T(signals_have_their_shapes),
         T(a_sine_is_one_to_the_fifth_digit),

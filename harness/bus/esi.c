@@ -770,7 +770,7 @@ static int read_device(struct esi *esi, xmlNode *device, bool newest)
     return 0;
 }
 
-/* Of several revisions of a type the highest has the plain name. */
+/* Of several revisions of a type the highest has the plain name; of equal ones the first. */
 static bool is_newest(xmlNode *device)
 {
     char mine[ESI_TEXT], other[ESI_TEXT], text[ESI_TEXT];
@@ -793,7 +793,7 @@ static bool is_newest(xmlNode *device)
         if (!t || strcmp(content(t, other), mine) != 0)
             continue;
         number(attribute(t, "RevisionNo", text), &theirs);
-        if (theirs > revision || (theirs == revision && behind))
+        if (theirs > revision || (theirs == revision && !behind))
             return false;
     }
     return true;
