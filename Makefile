@@ -17,19 +17,40 @@ INCLUDE := -I. -Iharness -Isdk/include
 OPT     ?= -O2 -g
 # No fused multiply-add: recordings are the same to the last bit on every processor.
 ALL_CFLAGS = -std=gnu11 $(OPT) -ffp-contract=off $(WARN) $(INCLUDE) -MMD -MP $(CFLAGS)
-BUS_CFLAGS = -DEC_VER2 -Iharness/bus/port -isystem third_party/soem/soem -isystem third_party/soem/osal -isystem /usr/include/libxml2
+XML     := -isystem /usr/include/libxml2
+BUS_CFLAGS = -DEC_VER2 -Iharness/bus/port -isystem third_party/soem/soem -isystem third_party/soem/osal $(XML)
 SOEM_CFLAGS = -std=gnu11 -O2 -g -w -DEC_VER2 -Iharness -Iharness/bus/port -Ithird_party/soem/soem -Ithird_party/soem/osal $(CFLAGS)
-LIBS    := -lelf -ldw -lsodium -lseccomp -ljansson -lxml2 -lm
+LIBS    := -lelf -ldw -lcapstone -lsodium -lseccomp -ljansson -lxml2 -lm
 
 # --- sources -------------------------------------------------------------------------------------
 
 IMAGE_SRC := image.c image_sort.c image_text.c elf.c elf_kinds.c elf_header.c elf_segments.c elf_dynamic.c elf_hash.c \
     elf_symbols.c elf_symtab.c elf_lookup.c elf_relocs.c elf_initialisers.c pe.c pe_headers.c pe_sections.c pe_exports.c \
-    pe_imports.c pe_relocs.c pe_initialisers.c pe_symbols.c pe_debug.c flat.c lines.c lines_extract.c lines_stack.c
+    pe_imports.c pe_relocs.c pe_initialisers.c pe_symbols.c pe_debug.c flat.c lines.c lines_extract.c \
+    image_child.c \
+    pe_unwind.c \
+    code.c \
+    code_arm.c \
+    code_map.c \
+    code_x86.c \
+    stack.c \
+    stack_graph.c \
+    stack_returns.c \
+    stack_values.c \
+    stack_walk.c
 MACHINE_SRC := load.c poison.c regions.c call.c fault.c attribute.c watchdog.c sandbox.c filter.c confine.c worker.c
-BUS_SRC := client.c client_cycle.c client_map.c segment.c slave.c registers.c sii.c syncman.c fmmu.c al.c dc.c \
+BUS_SRC := client.c client_cycle.c client_jobs.c client_map.c client_watch.c fiber.c segment.c slave.c registers.c sii.c syncman.c fmmu.c al.c dc.c \
     watchdog.c mailbox.c coe.c coe_info.c od.c pdo.c cia402.c axis.c devices.c dev_drive.c drive.c drive_cyclic.c \
     drive_homing.c drive_od.c drive_profile.c wire.c \
+    faults.c \
+    fault_arguments.c \
+    fault_script.c \
+    fault_verbs.c \
+    fault_words.c \
+    topology.c \
+    ports.c \
+    sync.c \
+    pcap.c rack.c view.c live.c live_socket.c \
     port/clock.c port/port.c \
     scan.c \
     stimulus.c \
@@ -42,18 +63,22 @@ BUS_SRC := client.c client_cycle.c client_map.c segment.c slave.c registers.c si
     esi.c \
     busfile.c
 TERMINALS := $(wildcard harness/bus/terminals/*.device)
-HOST_SRC := product.c schedule.c catalogue.c text16.c evidence.c memories.c services.c servo.c dio.c host.c experiment.c
+HOST_SRC := product.c schedule.c catalogue.c text16.c evidence.c plant.c host_select.c experiment.c
+# What touches registers: once for each layout of the shared memories.
+LAYOUT_SRC := host.c host_rows.c memories.c services.c timers.c servo.c dio.c
+LAYOUTS := gen4 gen5_905 gen5_906
 REPORT_SRC := text.c json.c
 CLI_SRC := main.c options.c output.c check.c run.c inspect.c inspect_text.c inspect_json.c rules.c new.c registers.c \
+    capture.c bus.c \
     device.c
 CONFORMANCE_SRC := profile.c rules.c findings.c incidents.c rules_file.c rules_start.c rules_cycle.c check.c
 SOEM_SRC := ethercatbase.c ethercatcoe.c ethercatconfig.c ethercatdc.c ethercatmain.c ethercatprint.c ethercatsoe.c
 
 ROOM_OBJ := $(addprefix $(BUILD)/obj/harness/image/,$(IMAGE_SRC:.c=.o)) \
     $(addprefix $(BUILD)/obj/harness/machine/,$(MACHINE_SRC:.c=.o)) $(BUILD)/obj/harness/machine/trampoline.o \
-    $(addprefix $(BUILD)/obj/harness/bus/,$(BUS_SRC:.c=.o)) \
+    $(addprefix $(BUILD)/obj/harness/bus/,$(BUS_SRC:.c=.o)) $(BUILD)/obj/harness/bus/fiber_switch.o \
     $(BUILD)/obj/harness/bus/terminals.o \
-    $(addprefix $(BUILD)/obj/harness/host/,$(HOST_SRC:.c=.o)) \
+    $(addprefix $(BUILD)/obj/harness/host/,$(HOST_SRC:.c=.o)) $(LAYOUTS:%=$(BUILD)/obj/harness/host_%.o) \
     $(addprefix $(BUILD)/obj/harness/report/,$(REPORT_SRC:.c=.o)) \
     $(addprefix $(BUILD)/obj/conformance/,$(CONFORMANCE_SRC:.c=.o)) \
     $(addprefix $(BUILD)/obj/soem/,$(SOEM_SRC:.c=.o))
@@ -101,9 +126,12 @@ bench: $(BUILD)/tgm $(BUILD)/test/bench $(BUILD)/test/bench_bus template-linked 
 
 FUZZ_SECONDS ?= 300
 FUZZERS := fuzz_image fuzz_text \
+    fuzz_segment \
+    fuzz_faults \
+    fuzz_code \
     fuzz_device
 .PHONY: fuzz
-fuzz: $(addprefix $(BUILD)/fuzz/,$(FUZZERS)) ## fuzz the readers of module files and the SDK's text for FUZZ_SECONDS each (default 300)
+fuzz: $(addprefix $(BUILD)/fuzz/,$(FUZZERS)) ## fuzz the readers of module files and fault scripts, the SDK's text and the bus segment for FUZZ_SECONDS each (default 300)
 	$(Q)for fuzzer in $(FUZZERS); do mkdir -p $(BUILD)/fuzz/corpus-$$fuzzer; \
 	    $(BUILD)/fuzz/$$fuzzer -max_total_time=$(FUZZ_SECONDS) -artifact_prefix=$(BUILD)/fuzz/$$fuzzer- \
 	    $(BUILD)/fuzz/corpus-$$fuzzer || exit 1; done
@@ -171,6 +199,25 @@ $(BUILD)/obj/soem/%.o: third_party/soem/.from $(wildcard harness/bus/port/*.h)
 	@echo "  CC     third_party/soem/soem/$*.c"
 	$(Q)$(CC) $(SOEM_CFLAGS) -c -o $@ third_party/soem/soem/$*.c
 
+gen4_FLAGS     := -DTGM_GENERATION=4 -DHOST_OPS=host_gen4
+gen5_905_FLAGS := -DTGM_GENERATION=5 -DTGM_MEMORY_ID=905 -DHOST_OPS=host_gen5_905
+gen5_906_FLAGS := -DTGM_GENERATION=5 -DTGM_MEMORY_ID=906 -DHOST_OPS=host_gen5_906
+LAYOUT_OBJ := $(foreach layout,$(LAYOUTS),$(addprefix $(BUILD)/obj/harness/host_$(layout)/,$(LAYOUT_SRC:.c=.o)))
+
+define layout_rules
+$(BUILD)/obj/harness/host_$(1)/%.o: harness/host/%.c | $(BUILD)/.deps
+	@mkdir -p $$(@D)
+	@echo "  CC     $$< ($(1))"
+	$$(Q)$$(CC) $$(ALL_CFLAGS) $$($(1)_FLAGS) -c -o $$@ $$<
+
+# One object of each layout, of which only the table is seen from outside.
+$(BUILD)/obj/harness/host_$(1).o: $(addprefix $(BUILD)/obj/harness/host_$(1)/,$(LAYOUT_SRC:.c=.o))
+	@echo "  LAYOUT $(1)"
+	$$(Q)ld -r -o $$@ $$^
+	$$(Q)objcopy --keep-global-symbol=host_$(1) $$@
+endef
+$(foreach layout,$(LAYOUTS),$(eval $(call layout_rules,$(layout))))
+
 $(BUILD)/obj/%.o: %.c | $(BUILD)/.deps
 	@mkdir -p $(@D)
 	@echo "  CC     $<"
@@ -190,17 +237,35 @@ $(BUILD)/fuzz/fuzz_image: tests/fuzz_image.c tests/image_support.c tests/image_s
 	@echo "  FUZZ   $@"
 	$(Q)$(FUZZ_CC) -o $@ $(filter %.c,$^) $(LIBS)
 
+$(BUILD)/fuzz/fuzz_code: tests/fuzz_code.c $(addprefix harness/image/,$(IMAGE_SRC)) | $(BUILD)/.deps-test
+	@mkdir -p $(@D)
+	@echo "  FUZZ   $@"
+	$(Q)$(FUZZ_CC) -o $@ $(filter %.c,$^) $(LIBS)
+
 $(BUILD)/fuzz/fuzz_text: tests/fuzz_text.c sdk/src/number.c sdk/src/text16.c sdk/src/text8.c | $(BUILD)/.deps-test
 	@mkdir -p $(@D)
 	@echo "  FUZZ   $@"
 	$(Q)$(FUZZ_CC) -DTGM_HOST -o $@ $(filter %.c,$^) -lm
+
+# The simulated bus alone, without the SOEM client.
+$(BUILD)/fuzz/fuzz_faults: tests/fuzz_faults.c $(addprefix harness/bus/,$(filter-out client% port/% view.c live% rack.c fiber.c,$(BUS_SRC))) harness/bus/terminals.S | $(BUILD)/.deps-test
+	@mkdir -p $(@D)
+	@echo "  FUZZ   $@"
+	$(Q)$(FUZZ_CC) $(XML) -o $@ $(filter %.c %.S,$^) -lxml2 -lm
+
+# The segment without the master above it: what of the room does not know SOEM.
+SEGMENT_SRC := $(filter-out client%.c wire.c port/%.c view.c live%.c rack.c fiber.c,$(BUS_SRC))
+$(BUILD)/fuzz/fuzz_segment: tests/fuzz_segment.c $(addprefix harness/bus/,$(SEGMENT_SRC)) harness/bus/terminals.S | $(BUILD)/.deps-test
+	@mkdir -p $(@D)
+	@echo "  FUZZ   $@"
+	$(Q)$(FUZZ_CC) -Itests -ffp-contract=off $(XML) -o $@ $(filter %.c %.S,$^) -lxml2 -lm
 
 DEVICE_FILE_SRC := scan.c description.c description_build.c device_file.c device_write.c esi.c terminal.c stimulus.c od.c sii.c
 
 $(BUILD)/fuzz/fuzz_device: tests/fuzz_device.c $(addprefix harness/bus/,$(DEVICE_FILE_SRC)) | $(BUILD)/.deps-test
 	@mkdir -p $(@D)
 	@echo "  FUZZ   $@"
-	$(Q)$(FUZZ_CC) -isystem /usr/include/libxml2 -o $@ $(filter %.c,$^) -lxml2
+	$(Q)$(FUZZ_CC) $(XML) -o $@ $(filter %.c,$^) -lxml2
 
 -include tests/tests.mk
--include $(filter-out $(BUILD)/obj/soem/%,$(ROOM_OBJ:.o=.d)) $(CLI_OBJ:.o=.d)
+-include $(filter-out $(BUILD)/obj/soem/%,$(ROOM_OBJ:.o=.d)) $(CLI_OBJ:.o=.d) $(LAYOUT_OBJ:.o=.d)

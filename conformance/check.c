@@ -8,9 +8,6 @@
 #include <string.h>
 #include <time.h>
 
-#define TGM_HOST
-#include <tgm_plc.h>
-
 struct check {
     struct image *image;
     struct report report;
@@ -21,6 +18,7 @@ struct check {
     struct experiment experiments[EXPERIMENT_COUNT];
     struct experiment_result results[EXPERIMENT_COUNT];
     bool ran[EXPERIMENT_COUNT];
+    bool inapplicable[EXPERIMENT_COUNT];
     char title[96];
     char cannot_run[FINDING_TEXT];
 };
@@ -34,19 +32,23 @@ static double seconds(void)
 
 static void plan_experiments(struct check *check, const struct check_options *options)
 {
-    static const struct {
+    enum { ANY, ONLY_4 };
+    const struct product *product = product_find(options->profile->product);
+    const struct {
         const char *name;
         struct mutation mutation;
         uint32_t cycle_us;
+        int generations;
     } rows[EXPERIMENT_COUNT] = {
-#define EXPERIMENT(symbol, name, kind, value, cycle_us) { name, { kind, value }, cycle_us },
+#define EXPERIMENT(symbol, name, kind, value, cycle_us, generations)                               \
+    { name, { kind, value }, cycle_us, generations },
 #include "conformance/experiments.def"
 #undef EXPERIMENT
     };
-    const struct product *product = product_find(options->profile->product);
     for (int i = 0; i < EXPERIMENT_COUNT; i++) {
         struct experiment *e = &check->experiments[i];
         const uint32_t cycle_us = rows[i].cycle_us;
+        check->inapplicable[i] = rows[i].generations == ONLY_4 && product->generation != 4;
         e->name = rows[i].name;
         e->host.product = product;
         e->host.cycle_us = cycle_us != 0 ? cycle_us : product->default_cycle_us;
@@ -105,14 +107,19 @@ static void note_unrunnable(struct check *check, const struct profile *profile)
     }
 }
 
-static int run_experiments(struct check *check, unsigned wanted, char why[CHECK_WHY])
+static int run_experiments(struct check *check, const struct check_options *options,
+                           unsigned wanted, char why[CHECK_WHY])
 {
     if (check->cannot_run[0] != '\0')
         return 0;
     for (int i = 0; i < EXPERIMENT_COUNT; i++) {
-        if ((wanted & (1u << i)) == 0)
+        if ((wanted & (1u << i)) == 0 || check->inapplicable[i])
             continue;
         const double begin = seconds();
+        struct host_config *around = &check->experiments[i].host;
+        if (options->capture != NULL && !around->without_bus)
+            around->capture =
+                options->capture(options->capture_argument, check->experiments[i].name);
         int r = experiment_run(&check->experiments[i], check->image, NULL, NULL, NULL,
                                &check->results[i]);
         if (r != 0) {
@@ -203,6 +210,7 @@ static void judge(struct check *check, const struct check_options *options)
         .experiments = check->experiments,
         .results = check->results,
         .ran = check->ran,
+        .inapplicable = check->inapplicable,
         .cannot_run = check->cannot_run,
     };
     for (size_t i = 0; i < report->rule_count; i++) {
@@ -282,7 +290,7 @@ int check_run(struct check **out, const struct check_options *options, char why[
     for (size_t i = 0; i < check->report.rule_count; i++)
         wanted |= check->chosen[i]->experiments;
     check->groups[GROUP_FILE].seconds = seconds() - begin;
-    r = run_experiments(check, wanted, why);
+    r = run_experiments(check, options, wanted, why);
     if (r != 0)
         goto out;
     note_cycles(check, options);

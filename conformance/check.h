@@ -10,14 +10,20 @@
 
 #define CHECK_WHY 1024
 
+/* Where the frames of an experiment with a bus go; NULL: nowhere. What it returned before is not
+ * written to any more. */
+typedef struct pcap *check_capture(void *argument, const char *experiment);
+
 struct check_options {
     const char *path;
     const char *shown; /* name in reports and file name of places; NULL: path */
     const char *tool;  /* "tgm 0.1.0" */
     const struct profile *profile;
     uint64_t seed;
-    uint64_t cycles;   /* of each cycle experiment; 0 = CHECK_SECONDS of machine time */
-    const char *rules; /* shell pattern over rule ids; NULL: all */
+    uint64_t cycles;        /* of each cycle experiment; 0 = CHECK_SECONDS of machine time */
+    const char *rules;      /* shell pattern over rule ids; NULL: all */
+    check_capture *capture; /* may be NULL */
+    void *capture_argument;
 };
 
 /* Machine time of each cycle experiment unless --cycles says otherwise, in s. */

@@ -9,6 +9,7 @@ static const char *const six_exports[] = { "Program_Ini", "Program_01", "Program
 static const struct profile profiles[] = {
 #define PROFILE(...) { __VA_ARGS__ },
 #include "conformance/profiles/pc4.def"
+#include "conformance/profiles/pc5.def"
 #undef PROFILE
 };
 

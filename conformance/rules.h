@@ -31,7 +31,7 @@ enum {
     NO_EXPERIMENT = 0,
     ON_START = EXPERIMENT_SET(START),
     ON_NULL_DATA = EXPERIMENT_SET(NULL_DATA),
-    ON_SIZES = EXPERIMENT_SET(SIZE_ZERO) | EXPERIMENT_SET(SIZE_GEN5) | EXPERIMENT_SET(SIZE_LESS) |
+    ON_SIZES = EXPERIMENT_SET(SIZE_ZERO) | EXPERIMENT_SET(SIZE_OTHER) | EXPERIMENT_SET(SIZE_LESS) |
                EXPERIMENT_SET(SIZE_MORE),
     ON_NULL_FUNCTIONS = EXPERIMENT_SET(NO_STRING) | EXPERIMENT_SET(NO_LONG) |
                         EXPERIMENT_SET(NO_SWPRINTF) | EXPERIMENT_SET(NO_SLEEP),
@@ -50,6 +50,7 @@ struct case_file {
     const struct experiment *experiments;    /* by enum experiment_id */
     const struct experiment_result *results; /* by enum experiment_id; valid where ran */
     const bool *ran;                         /* by enum experiment_id */
+    const bool *inapplicable;                /* by enum experiment_id: not for this product */
     const char *cannot_run;                  /* why no experiment could run; "" when they could */
 };
 

@@ -39,6 +39,8 @@ static const struct evidence *evidence_of(const struct case_file *file, enum exp
 static void expect_result(const struct case_file *file, enum experiment_id id, int32_t wanted,
                           const char *where, struct findings *findings)
 {
+    if (file->inapplicable[id])
+        return;
     const struct evidence *evidence = evidence_of(file, id, findings);
     if (evidence == NULL)
         return;
@@ -79,7 +81,7 @@ void check_ini_null_data(const struct case_file *file, struct findings *findings
 
 void check_ini_struct_size(const struct case_file *file, struct findings *findings)
 {
-    static const enum experiment_id ids[] = { EXPERIMENT_SIZE_ZERO, EXPERIMENT_SIZE_GEN5,
+    static const enum experiment_id ids[] = { EXPERIMENT_SIZE_ZERO, EXPERIMENT_SIZE_OTHER,
                                               EXPERIMENT_SIZE_LESS, EXPERIMENT_SIZE_MORE };
     for (size_t i = 0; i < sizeof ids / sizeof *ids; i++) {
         char where[64];
@@ -91,7 +93,11 @@ void check_ini_struct_size(const struct case_file *file, struct findings *findin
 
 void check_ini_null_functions(const struct case_file *file, struct findings *findings)
 {
-    expect_result(file, EXPERIMENT_NO_STRING, 0, "pRtWprintf_String is NULL", findings);
+    const int generation = product_find(file->profile->product)->generation;
+    expect_result(file, EXPERIMENT_NO_STRING, 0,
+                  generation == 4 ? "pRtWprintf_String is NULL"
+                                  : "pRtWprintf_String_Severity is NULL",
+                  findings);
     expect_result(file, EXPERIMENT_NO_LONG, 0, "pRtWprintf_Long is NULL", findings);
     expect_result(file, EXPERIMENT_NO_SWPRINTF, 0, "pswprintf is NULL", findings);
     expect_result(file, EXPERIMENT_NO_SLEEP, 0, "pSleepFt is NULL", findings);

@@ -20,6 +20,7 @@
 enum { NOP, APRD, APWR, APRW, FPRD, FPWR, FPRW, BRD, BWR, BRW, LRD, LWR, LRW, ARMW, FRMW };
 
 #define RIG_MAX 8
+#define HOP     ((uint32_t)SEGMENT_HOP_NS)
 
 struct rig {
     struct segment segment;
@@ -93,14 +94,20 @@ static inline size_t frame_add(struct rig *rig, uint8_t command, uint32_t addres
     return at;
 }
 
-static inline bool frame_send(struct rig *rig)
+/* *port: where the frame goes in, then where it came out. */
+static inline bool frame_send_at(struct rig *rig, enum segment_port *port)
 {
     size_t length = rig->used < SEGMENT_FRAME_MIN ? SEGMENT_FRAME_MIN : rig->used;
 
+    rig->now += 10000;
+    return segment_transfer(&rig->segment, port, rig->frame, length, rig->now, NULL);
+}
+
+static inline bool frame_send(struct rig *rig)
+{
     enum segment_port port = SEGMENT_PORT_A;
 
-    rig->now += 10000;
-    return segment_transfer(&rig->segment, &port, rig->frame, length, rig->now, NULL);
+    return frame_send_at(rig, &port);
 }
 
 static inline unsigned frame_wkc(const struct rig *rig, size_t at)
@@ -236,6 +243,34 @@ static inline void drive_safeop(struct rig *rig, uint16_t station, uint32_t logi
     write_fmmu(rig, station, 0, logical, 8, 0, 7, 0x1100, 0, 2);
     write_fmmu(rig, station, 1, logical + 8, 20, 0, 7, 0x1200, 0, 1);
     assert_int_equal(al_request(rig, station, AL_SAFEOP), AL_SAFEOP);
+}
+
+/* --- SII and mailbox of a drive --- */
+
+static inline uint16_t sii_command(struct rig *rig, uint16_t station, uint16_t command,
+                                   uint32_t address)
+{
+    uint8_t request[6];
+
+    put_u16(request, command);
+    put_u32(request + 2, address);
+    return (uint16_t)exchange(rig, FPWR, AT(station, REG_EEPROM_CONTROL), request, 6);
+}
+
+static inline bool mailbox_receive(struct rig *rig, uint16_t station, uint8_t box[128])
+{
+    rig_wait(rig, SLAVE_MAILBOX_NS);
+    return exchange(rig, FPRD, AT(station, 0x1080), box, 128) == 1;
+}
+
+static inline void sdo_read_request(uint8_t box[128], uint8_t counter, uint16_t index)
+{
+    memset(box, 0, 128);
+    put_u16(box, 10);
+    box[5] = (uint8_t)(3 | counter << 4);
+    put_u16(box + 6, 0x2000);
+    box[8] = 0x40;
+    put_u16(box + 9, index);
 }
 
 #endif

@@ -233,4 +233,83 @@ expect "run tells of a refused start" 1 "Program_Ini returned 2"
 run "$tgm" run "$work/letter"
 expect "run of no module" 1 "text"
 
+# --- faults on the bus ----------------------------------------------------------------------------
+printf 'at start dc 1 jitter 100ns\nat 20ms unplug after 1 for 10ms\n' >"$work/day.faults"
+run "$tgm" run "$module" --for 50ms --faults "$work/day.faults"
+expect "faults are told with their times" 0 "before the cycles  bus fault    dc 1 jitter 100ns" \
+    "0.020000 s         bus fault    unplug after 1 for 10ms" "0.030000 s         bus fault    unplug after 1 for 10ms ends"
+printf '# late\nat 1s drive 2 fault 0x3210\n' >"$work/bad.faults"
+run "$tgm" run "$module" --faults "$work/bad.faults"
+expect "a fault that cannot be is an error with its place" 2 \
+    "bad.faults:2:13: slave 2 (dio-8x8) cannot have this fault; expected a drive"
+printf 'at 1s mend\0 ' >"$work/bad.faults"
+run "$tgm" run "$module" --faults "$work/bad.faults"
+expect "a script with binary in it" 2 "it is no text"
+run "$tgm" run "$module" --faults "$work/none.faults"
+expect "a script that is not there" 2 "none.faults': No such file"
+# --- captures and the bus on an interface ----------------------------------------------------------
+run "$tgm" run "$module" --for 200ms --pcap "$work/a.pcap"
+expect "run --pcap" 0 "cycle 400 of 400"
+run "$tgm" run "$module" --for 200ms --pcap "$work/b.pcap"
+cmp -s "$work/a.pcap" "$work/b.pcap" && pass "equal seeds give equal captures" || fail "equal seeds give equal captures"
+run python3 - "$work/a.pcap" <<'EOF'
+import struct, sys
+data = open(sys.argv[1], "rb").read()
+magic, major, minor, zone, sigfigs, snap, link = struct.unpack_from("<IHHiIII", data)
+assert (magic, major, minor, link) == (0xA1B23C4D, 2, 4, 1)
+at, last, frames, cyclic = 24, -1, 0, {}
+while at < len(data):
+    s, ns, size, whole = struct.unpack_from("<IIII", data, at)
+    frame = data[at + 16:at + 16 + size]
+    assert len(frame) == size == whole >= 60 and frame[12:14] == b"\x88\xa4", at
+    assert s * 10**9 + ns >= last, "time goes back"
+    last, at, frames = s * 10**9 + ns, at + 16 + size, frames + 1
+    if frame[16] == 12:  # LRW: sent with counter 0, back with 2 * outputs + inputs
+        length = struct.unpack_from("<H", frame, 22)[0] & 0x7FF
+        wkc = struct.unpack_from("<H", frame, 26 + length)[0]
+        cyclic[wkc] = cyclic.get(wkc, 0) + 1
+assert frames > 1600 and set(cyclic) == {0, 6} and cyclic[0] == cyclic[6] >= 399, (frames, cyclic)
+EOF
+expect "a capture holds every frame twice, in the order of time, counters as they came back" 0
+run "$tgm" run "$module" --for 100ms --in-process --pcap "$work/c.pcap"
+cmp -s -n 20000 "$work/a.pcap" "$work/c.pcap" && pass "--in-process captures the same" ||
+    fail "--in-process captures the same"
+status=0
+"$tgm" run "$module" --for 100ms --pcap - >"$work/d.pcap" 2>"$err" || status=$?
+: >"$out"
+expect "--pcap - leaves standard output to the capture" 0 "cycle 200 of 200"
+cmp -s "$work/c.pcap" "$work/d.pcap" && pass "and nothing else" || fail "and nothing else"
+run "$tgm" check "$module" --cycles 50 --pcap "$work/captures"
+expect "check --pcap" 0 "RESULT: PASS"
+[ "$(cd "$work/captures" && echo *)" = "cycle-1000.pcap cycle-250.pcap cycle-500.pcap" ] &&
+    pass "one capture an experiment that has a bus" || fail "one capture an experiment that has a bus"
+run "$tgm" run "$fixtures/no-system-call/bad-exit.tgm" --for 100ms --pcap "$work/exit.pcap"
+expect "a module that ends its process leaves a capture" 1
+[ "$(head -c 4 "$work/exit.pcap" | od -An -tx1 | tr -d ' ')" = 4d3cb2a1 ] && pass "that is one" || fail "that is one"
+run "$tgm" run "$module" --pcap "$work/no/such.pcap"
+expect "a capture that cannot be written" 2 "cannot write '$work/no/such.pcap'"
+run "$tgm" run "$module" --for 100ms --pcap /dev/full
+expect "a capture on a full disk is no success" 2 "cannot write '/dev/full': No space left"
+run "$tgm" check "$module" --cycles 20 --rule returns --pcap "$work/a.pcap"
+expect "captures into a file" 2 "a.pcap/"
+run "$tgm" run "$work/self.tgm" --pcap "$work/self.tgm"
+expect "a capture over the module itself" 2 "is the module itself"
+run "$tgm" run "$module" --pcap - --csv - --record 'SERVO[0].Position'
+expect "two things to standard output" 2 "cannot both"
+
+run "$tgm" bus
+expect "bus without devices" 2 "which devices?" "drive-cia402"
+run "$tgm" bus dio-8x8
+expect "bus without an interface" 2 "which interface?"
+run "$tgm" bus --interface lo dio-8x9
+expect "no such device" 2 "did you mean dio-8x8?"
+run "$tgm" bus --interface nosuch0 dio-8x8
+expect "no such interface" 2 "no interface 'nosuch0'; there are"
+run "$tgm" bus --interface lo --on-a-real-network dio-8x8
+expect "the loopback interface has no far end" 2 "lo has one end"
+run "$tgm" bus --interface lo --timing slow dio-8x8
+expect "no such timing" 2 "instant or real"
+run "$tgm" bus --help
+expect "bus --help" 0 "--on-a-real-network"
+
 finish

@@ -10,6 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "image/image_private.h"
 #include "image_support.h"
 #include "image_support_pe.h"
 
@@ -25,6 +26,20 @@ static void look_at_places(const struct image *image)
     for (size_t i = 0; i < image->segment_count && i < 4; i++)
         image_where(image, image->segments[i].vaddr, &place);
     image_where(image, UINT64_MAX, &place);
+}
+
+/* In this process: the child's work is what the sanitizers are here for. */
+static void look_at_code(const struct image *image)
+{
+    struct image_routine routines[4] = { 0 };
+    size_t count = 0;
+    for (size_t i = 0; i < image->symbol_count && count < 4; i++) {
+        if (image->symbols[i].exported && image->symbols[i].executable)
+            routines[count++].vaddr = image->symbols[i].vaddr;
+    }
+    if (image->has_entry_point && count < 4)
+        routines[count++].vaddr = image->entry_point;
+    stack_measure(image, routines, count);
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
@@ -43,6 +58,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     /* Debug information costs a process: one input in sixteen, the same ones each time. */
     if (!image->has_debug_lines || image->sha256[0] == '0')
         look_at_places(image);
+    look_at_code(image);
     image_close(image);
     return 0;
 }

@@ -44,6 +44,50 @@ expect "the profile pc4 does not load a flat image" 1 "flat Arm; the profile pc4
 run "$tgm" check "$modules/six_arm.so" --cycles 20
 expect "the profile pc4 does not load Arm" 1 "ELF32 Arm; the profile pc4 loads"
 
+# --- how much stack -------------------------------------------------------------------------------
+run "$tgm" inspect "$modules/stack_i386.dll"
+expect "a bound for each function, and why there is none" 0 \
+    "at least 136 bytes of the module's own; services of TG Motion add theirs" "      48              straight" \
+    "      12  + services  service" \
+    "and more    recursive    a function is called again before it has returned:  recursive+0x1" \
+    "and more    alloca       the stack pointer moves by an amount computed at run time:  alloca+0x3"
+run "$tgm" inspect "$modules/stack.so" --json "$work/stack.json"
+run python3 - "$work/stack.json" <<'EOF'
+import json, sys
+r = json.load(open(sys.argv[1]))
+s = {e["name"]: e["stack"] for e in r["exports"]}
+assert s["nested"] == {"bytes": 72, "limit": "bounded", "services": False}, s["nested"]
+assert s["recursive"]["limit"] == "recursion" and s["recursive"]["function"] == "recursive_call", s["recursive"]
+assert r["stack"]["limit"] == "loop" and r["stack"]["bytes"] == 272, r["stack"]
+EOF
+expect "and in JSON" 0
+
+# --- what the templates become, for every target --------------------------------------------------
+run "${MAKE:-make}" --no-print-directory templates BUILD="$build"
+expect "the templates build for every target" 0
+for kind in c:elf64 c:pe64 c:pe32 c:tgmmini c:tgmcontroller c:tgzmotion cpp:elf64 cpp:pe64 cpp:pe32 cpp:tgmmini \
+    cpp:tgmcontroller cpp:tgzmotion pascal:elf64 pascal:pe64; do
+    count=6 lines=yes file=$build/templates/${kind%:*}-${kind#*:}/shuttle.tgm
+    case $kind in *:tgmcontroller | *:tgzmotion) count=5 lines=none file=$file.bin ;; esac
+    run "$tgm" inspect "$file" --json "$work/template.json"
+    expect "$kind" 0 "exports       $count" "imports       none" "stack         at most" "source lines  $lines" \
+        "$(sha256sum "$file" | cut -d' ' -f1)"
+    lacks "$kind: nothing is unknown" "not known"
+    lacks "$kind: every size is there" " ? "
+    run python3 - "$work/template.json" "$count" <<'EOF'
+import json, sys
+r = json.load(open(sys.argv[1]))
+names = ["Program_01", "Program_02", "Program_03", "Program_04", "Program_05", "Program_Ini"]
+if int(sys.argv[2]) == 5:
+    names.remove("Program_05")
+assert sorted(e["name"] for e in r["exports"]) == names and r["imports"] == [] and r["segments"], r
+assert all(e["size"] > 0 and e["stack"]["limit"] == "bounded" for e in r["exports"]), r["exports"]
+assert r["stack"]["limit"] == "bounded" and 50 < r["stack"]["bytes"] < 2000, r["stack"]
+assert type(r["source_lines"]) is bool and not r["executable_stack"], r
+EOF
+    expect "$kind in JSON" 0
+done
+
 # --- JSON -----------------------------------------------------------------------------------------
 run "$tgm" inspect "$modules/pe_mingw_x86_64.dll" --json "$work/pe.json"
 expect "--json FILE still prints the text" 0 "exports       6"
@@ -68,7 +112,9 @@ assert [i["name"] for i in pe["imports"] if i["kind"] == "symbol"] == ["OTHER.dl
 assert [i["what"] for i in pe["initialisers"]] == ["TLS callback"] * 2 and pe["thread_local"] == 40
 assert int(pe["base"], 16) % 65536 == 0 and pe["fixed"] is False and pe["entry_point"] is not None
 assert {r["type"]: r["count"] for r in elf["relocations"]} == {"R_X86_64_RELATIVE": 5}
-assert [e["size"] > 0 for e in elf["exports"]] == [True] * 6 and elf["stack"]["functions"] > 0 and elf["stack"]["unknown"] == 0 and elf["source_lines"]
+assert [e["size"] > 0 for e in elf["exports"]] == [True] * 6 and elf["stack"]["limit"] == "bounded" and elf["source_lines"]
+assert [e["size_from"] for e in elf["exports"]] == ["file"] * 6 and by_name["Program_01"]["size_from"] == "code"
+assert max(e["stack"]["bytes"] for e in elf["exports"]) == elf["stack"]["bytes"]
 assert flat["exports"] is None and flat["fixed"] and flat["segments"][0]["permissions"] == "r-x"
 assert "i386" in bad["defect"] and "exports" not in bad
 EOF

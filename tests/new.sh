@@ -29,11 +29,25 @@ for lang in c cpp pascal; do
     run make -C "gantry_$lang" check CHECK_FLAGS='--cycles 200' TGM="$tgm"
     expect "$lang: the new project passes" 0 "RESULT: PASS"
 done
-run "$tgm" new five --generation 5
-expect "new --generation 5" 0 "generation 5"
-run make -C five TGM="$tgm"
-expect "a project for generation 5 builds" 0
-grep -q TGM_GENERATION five/Makefile && pass "and says so in its Makefile" || fail "and says so in its Makefile"
+for lang in c cpp pascal; do
+    if [ $lang = pascal ] && ! command -v fpc >/dev/null; then
+        echo "SKIP  tgm new --lang pascal --generation 5: fpc is not installed"
+        continue
+    fi
+    run "$tgm" new "five_$lang" --lang $lang --generation 5
+    expect "new --lang $lang --generation 5" 0 "generation 5"
+    run make -C "five_$lang" TGM="$tgm"
+    expect "$lang: a project for generation 5 builds" 0
+    grep -q '^TGM_GENERATION := 5$' "five_$lang/Makefile" && pass "$lang: and says so in its Makefile" || fail "$lang: and says so in its Makefile"
+    run "$tgm" inspect "five_$lang/build/five_$lang.tgm"
+    expect "$lang: six exports and no import" 0 "exports       6" "imports       none"
+    run make -C "five_$lang" TGM="$tgm" check
+    expect "$lang: it is not judged, and says so" 2 "not judged or run yet" "Error 3"
+    run make -C "five_$lang" TGM="$tgm" TARGET=pe64
+    expect "$lang: generation 5 for a PC" 0 "VERIFY"
+    run make -C "five_$lang" TGM="$tgm" TGM_MEMORY_ID=905
+    expect "$lang: TG Motion 5.00" 0 "VERIFY"
+done
 
 before=$(find . | sort | cksum)
 run "$tgm" new gantry_c
@@ -44,6 +58,18 @@ run "$tgm" new "two words"
 expect "a name with a blank" 2 "is no project name"
 run "$tgm" new 9lives
 expect "a name that begins with a digit" 2 "is no project name"
+run "$tgm" new ''
+expect "an empty name" 2 "is no project name"
+run "$tgm" new while
+expect "a word of the language" 2 "is no project name"
+for lang in c cpp pascal; do
+    run "$tgm" new Follow --lang $lang
+    expect "a name that the $lang template uses" 2 "'Follow' is the name of something else in the template"
+done
+touch gantry
+run "$tgm" new gantry
+expect "an existing file" 2 "exists already"
+rm gantry
 run "$tgm" new x --lang rust
 expect "an unknown language" 2 "allowed: c, cpp, pascal"
 run "$tgm" new x --generation 6

@@ -34,6 +34,29 @@ for target in $targets; do
     expect "the template builds for $target" 0 "FPC" "LINK" "VERIFY"
     lacks "without a warning ($target)" warning
 done
+for id in 905 906; do
+    run make -C templates/c BUILD="$work/c-$id" TGM_GENERATION=5 TGM_MEMORY_ID=$id
+    expect "the C template builds for memory id $id" 0
+    for target in $targets; do
+        run make -C templates/pascal BUILD="$work/$target-$id" TARGET=$target TGM_GENERATION=5 TGM_MEMORY_ID=$id
+        expect "the template builds for $target, memory id $id" 0 "FPC" "LINK" "VERIFY"
+        lacks "without a warning ($target, $id)" warning
+        run "$tgm" inspect "$work/$target-$id/shuttle.tgm"
+        expect "six exports and no import ($target, $id)" 0 "exports       6" "imports       none" "initialisers  none"
+    done
+done
+run make -C templates/pascal BUILD="$work/elf64-906" TGM_GENERATION=5 TGM_MEMORY_ID=906
+lacks "nothing changed, nothing is done" FPC
+run make -C templates/pascal BUILD="$work/elf64-906" TGM_GENERATION=5 check
+expect "generation 5 is not judged, and says so" 2 "not judged or run yet" "Error 3"
+run make -C templates/pascal BUILD="$work/elf64-906" TGM_GENERATION=4
+expect "another generation builds anew" 0 "FPC" "CC" "start.c"
+run make -C templates/pascal BUILD="$work/elf64-906" TGM_GENERATION=5
+expect "and back" 0 "FPC"
+run make -C templates/pascal BUILD="$work/none" TGM_GENERATION=6
+expect "an unknown generation" 2 "TGM_GENERATION is '6'; allowed: 4 5"
+run make -C templates/pascal BUILD="$work/none" TGM_GENERATION=5 TGM_MEMORY_ID=904
+expect "an unknown memory id" 2 "TGM_MEMORY_ID is '904'; allowed: 905 906"
 module=$work/elf64/shuttle.tgm
 printf '%s\n' Program_01 Program_02 Program_03 Program_04 Program_05 Program_Ini >"$work/six"
 
@@ -61,14 +84,23 @@ for cycle in 250 500 1000; do
 done
 [ "$(wc -l <"$work/c.csv")" -gt 5000 ] && pass "a recording of 5000 cycles" || fail "a recording of 5000 cycles"
 
-# Without the harness, so that the PE module runs, too; with a drive fault in it.
-run gcc -std=gnu11 -O1 -Wall -Wextra -Werror -I sdk/include -o "$work/rig" tests/pascal_rig.c
-expect "the rig builds" 0
-for language in c $targets; do
-    "$work/rig" machine "$work/$language/shuttle.tgm" >"$work/$language.bits" 2>&1
-done
-for target in $targets; do
-    same "$target: 10000 set-points are C's to the last bit" "$work/c.bits" "$work/$target.bits"
+# Without the harness, so that PE modules and generation 5 run, too; with a drive fault in it.
+for layout in 4: 5:905 5:906; do
+    id=${layout#*:}
+    run gcc -std=gnu11 -O1 -Wall -Wextra -Werror -I sdk/include -DTGM_GENERATION="${layout%%:*}" ${id:+-DTGM_MEMORY_ID=$id} \
+        -o "$work/rig${id:+-$id}" tests/pascal_rig.c
+    expect "the rig builds, generation $layout" 0
+    for language in c $targets; do
+        "$work/rig${id:+-$id}" machine "$work/$language${id:+-$id}/shuttle.tgm" >"$work/$language${id:+-$id}.bits" 2>&1
+    done
+    for text in 'not started: compiled for TG Motion compatibility id' 'one servo and one I/O unit are needed' \
+        'shuttle 1.00 started, cycle 500 us' 'drive fault' '^9999 '; do
+        grep -q "$text" "$work/c${id:+-$id}.bits" && pass "$layout: $text" || fail "$layout: $text"
+    done
+    for target in $targets; do
+        same "$target, generation $layout: 10000 set-points and the console are C's to the last bit" \
+            "$work/c${id:+-$id}.bits" "$work/$target${id:+-$id}.bits"
+    done
 done
 
 case $targets in *pe64*)
@@ -156,7 +188,7 @@ same "and change nothing" "$work/c.csv" "$work/numbers.csv"
 
 if [ -f third_party/musl/src/math/sin.c ]; then
     body 'procedure Extra; begin if (Abs(Sin(Double(0.5)) - Double(0.47942553860420300027)) > Double(1e-15)) or (Power(2, 10) <> 1024) or (ArcTan2(1, -1) < Double(2.35619449)) or (Floor(Double(-2.5)) <> -3) then plc.dio^.Out0 := 77; end;'
-    sed -i 's/^  tgm_gen4;/  tgm_gen4, tgm_math;/; s/^  WriteOutputs(now);/&\n  Extra;/' "$work/m/wrong.pas"
+    sed -i 's/^  tgm_sdk;/  tgm_sdk, tgm_math;/; s/^  WriteOutputs(now);/&\n  Extra;/' "$work/m/wrong.pas"
     for target in $targets; do
         run make -C "$work/m" MATH=yes BUILD="$work/m/math-$target" TARGET=$target
         expect "Sin, Power and their kind link ($target)" 0 "MATH"
@@ -166,6 +198,16 @@ if [ -f third_party/musl/src/math/sin.c ]; then
 else
     echo "SKIP    Pascal's tgm_math: no musl sources (third_party/fetch.sh musl)"
 fi
+
+# The support library: bits of I/O units, a timer, an edge, a ramp, a move, text, each with what it gives.
+body 'procedure Extra; var ton: tgm_ton; e: tgm_edge; r: tgm_ramp; m: tgm_move; t: tgm_text; b: array[0..15] of WideChar; w: array[0..15] of LongInt; good: Boolean; i: LongInt; begin FillChar(w, SizeOf(w), 0); tgm_dio4_set(@w[0], 9, 1); tgm_ton_init(ton, 1000); tgm_edge_init(e, 0); tgm_ramp_init(r, 0, 10, 10); tgm_move_init(m, 0, 1000); good := (w[1] = 2) and (tgm_dio4_get(@w[0], 9) = 1) and (tgm_ton_step(ton, 1, 500) = 0) and (tgm_ton_step(ton, 1, 500) = 0) and (tgm_ton_step(ton, 1, 500) = 1) and (tgm_edge_step(e, 1) = TGM_EDGE_RISING) and (tgm_ramp_step(r, 5, 500000) = 5) and (tgm_move_limits(m, 100, 1000, 1000) = 1) and (tgm_move_to(m, 7) = 1); for i := 1 to 1000 do tgm_move_step(m); good := good and (m.position = 7) and (tgm_move_done(m) = 1); tgm_text_init(t, b, 16); tgm_text_fixed(t, Double(-12.5), 3, 8, PAD); good := good and (t.length = 8) and (b[1] = #45) and (t.truncated = 0); if not good then plc.dio^.Out0 := 77; end;'
+sed -i "s/ PAD)/ ' ')/; s/^  WriteOutputs(now);/&\n  Extra;/" "$work/m/wrong.pas"
+for target in $targets; do
+    run make -C "$work/m" BUILD="$work/m/sdk-$target" TARGET=$target
+    expect "the support library links ($target)" 0
+    "$work/rig" machine "$work/m/sdk-$target/wrong.tgm" >"$work/sdk.bits" 2>&1
+    same "and works ($target)" "$work/c.bits" "$work/sdk.bits"
+done
 
 body 'procedure Extra; var s: AnsiString; begin s := '"'x'"'; end;'
 refused "AnsiString" "wrong.pas:$line:" "error: AnsiString: a string needs a heap" "use PWideChar"
@@ -180,7 +222,7 @@ refused "New" "wrong.pas:$line:" "error: New: there is no heap"
 body 'procedure Extra; var a: array of LongInt; begin SetLength(a, 3); end;'
 refused "dynamic array" "wrong.pas:$line:" "error: a dynamic array or a string needs a heap"
 body 'procedure Extra; begin WriteLn(1); end;'
-refused "WriteLn" "wrong.pas:$line:" "error: there is no console and no file; use pswprintf"
+refused "WriteLn" "wrong.pas:$line:" "error: there is no console and no file; build text with tgm_sdk"
 body 'procedure Extra; begin try plc.pause := 0; except end; end;'
 refused "try and except" "wrong.pas:$line:" "error: exceptions need a run-time library"
 body 'type C = class end; procedure Extra; begin end;'
@@ -215,7 +257,7 @@ refused "undefined symbol" "error: nowhere: defined nowhere"
 body 'procedure Extra; begin end;'
 sed -i "s/public name 'Program_01'/public name 'program_01'/" "$work/m/wrong.pas"
 line=$(grep -n '^function Program_01' "$work/m/wrong.pas" | tail -n 1 | cut -d: -f1)
-refused "wrong letter case" "wrong.pas:$((line + 3)): error: program_01" "it must be Program_01"
+refused "wrong letter case" "wrong.pas:$((line + 4)): error: program_01" "it must be Program_01"
 run make -C "$work/m" check CHECK_FLAGS='--cycles 200'
 expect "wrong letter case: make check says so" 2 "FAIL  export-names" "program_01" "RESULT: FAIL"
 body 'procedure Extra; begin end;'
@@ -247,7 +289,7 @@ expect "no compiler: what to install" 2 "no Free Pascal compiler 'no-such-compil
 run tools/layout.py --check
 expect "the generated units are up to date" 0
 mkdir "$work/tree" && cp -R sdk tools docs "$work/tree/" && mkdir -p "$work/tree/harness/host" "$work/tree/tests" &&
-    cp harness/host/catalogue_gen4.inc "$work/tree/harness/host/" && cp -R tests/layouts "$work/tree/tests/"
+    cp harness/host/catalogue_*.inc "$work/tree/harness/host/" && cp -R tests/layouts "$work/tree/tests/"
 sed -i 's/Position: Double; \/\/ @472/Position: Single; \/\/ @472/' "$work/tree/sdk/pascal/tgm_gen4.pas"
 run "$work/tree/tools/layout.py" --check
 expect "a unit edited by hand is noticed" 1 "out of date: sdk/pascal/tgm_gen4.pas;"

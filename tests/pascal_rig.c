@@ -3,7 +3,8 @@
  * pascal_rig.c - runs what Free Pascal compiled, without the harness: ELF by dlopen, PE32+ by mapping it.
  *
  *   pascal_rig probe   MODULE   offset and size of every member, C's and Pascal's; differences at the end
- *   pascal_rig machine MODULE   drives the shuttle against an ideal carriage, prints every set-point's bits
+ *   pascal_rig machine MODULE   drives the shuttle against an ideal carriage, prints every set-point's bits and
+ *                               what the module says
  */
 #include <dlfcn.h>
 #include <inttypes.h>
@@ -14,6 +15,8 @@
 
 #define TGM_HOST
 #include <tgm_plc.h>
+#include <tgm/motion.h>
+#include <tgm/text.h>
 
 typedef __attribute__((ms_abi)) long ms_entry(void *);
 typedef long sysv_entry(void *);
@@ -130,26 +133,43 @@ static int probe(void)
     return differences != 0;
 }
 
+/* What differs between the generations. */
 #if TGM_GENERATION == 4
-/* The console is compared on the harness: the templates build their lines in different ways. */
-static int32_t says(const tgm_wchar *text)
+#define SYSTEM_POINTER PSystem_Memory
+#define SERVO_POINTER  PServo_Memory
+#define DIO_POINTER    PDio_Memory
+#define DATA_POINTER   PData_Memory
+#define INPUTS(dio)    (dio).In0
+#define OUTPUTS(dio)   (dio).Out0
+#define PRINT          pRtWprintf_String
+#define PRINT_ARGUMENTS const tgm_wchar *text
+#else
+#define SYSTEM_POINTER pSystem_Memory
+#define SERVO_POINTER  pServo_Memory
+#define DIO_POINTER    pDio_Memory
+#define DATA_POINTER   pData_Memory
+#define INPUTS(dio)    (dio).In[0]
+#define OUTPUTS(dio)   (dio).Out[0]
+#define PRINT          pRtWprintf_String_Severity
+#define PRINT_ARGUMENTS uint32_t id, const tgm_wchar *text
+#endif
+
+static int32_t says(uint32_t id, const tgm_wchar *text)
 {
-    (void)text;
+    printf("says %" PRIu32 ": ", id);
+    for (; *text != 0; text++)
+        putchar(*text < 127 ? (int)*text : '?');
     return 0;
 }
 
-static __attribute__((ms_abi)) int32_t ms_print(const tgm_wchar *text) { return says(text); }
-static __attribute__((ms_abi)) int32_t ms_format(tgm_wchar *buffer, size_t size, const tgm_wchar *format, int a, int b, int c)
-{
-    memcpy(buffer, format, 8 * sizeof *format);
-    buffer[8] = 0;
-    (void)size, (void)a, (void)b, (void)c;
-    return 8;
-}
-static int32_t sysv_format(tgm_wchar *buffer, size_t size, const tgm_wchar *format, int a, int b, int c)
-{
-    return ms_format(buffer, size, format, a, b, c);
-}
+#if TGM_GENERATION == 4
+static __attribute__((ms_abi)) int32_t ms_print(PRINT_ARGUMENTS) { return says(0, text); }
+static int32_t sysv_print(PRINT_ARGUMENTS) { return says(0, text); }
+#else
+static __attribute__((ms_abi)) int32_t ms_print(PRINT_ARGUMENTS) { return says(id, text); }
+static int32_t sysv_print(PRINT_ARGUMENTS) { return says(id, text); }
+#endif
+
 static void never(void)
 {
     abort();
@@ -161,20 +181,28 @@ static int machine(void)
     static SERVO servo;
     static DIO dio;
     static double data[64];
-    PLC_DATA plc = {.structSize = sizeof plc, .PSystem_Memory = &system, .PServo_Memory = &servo,
-                    .PDio_Memory = &dio, .PData_Memory = data};
-    void *const print = image ? (void *)ms_print : (void *)says, *const format = image ? (void *)ms_format : (void *)sysv_format;
+    PLC_DATA plc = {.structSize = sizeof plc, .SYSTEM_POINTER = &system, .SERVO_POINTER = &servo,
+                    .DIO_POINTER = &dio, .DATA_POINTER = (void *)data};
+    void *const print = image ? (void *)ms_print : (void *)sysv_print;
 
-    memcpy(&plc.functions.pRtWprintf_String, &print, sizeof print);
-    memcpy(&plc.functions.pswprintf, &format, sizeof format);
+    memcpy(&plc.functions.PRINT, &print, sizeof print);
+#if TGM_GENERATION == 4
+    plc.functions.pswprintf = (void *)never;
     plc.functions.pRtWprintf_Long = (void *)never;
+#endif
     plc.functions.pSleepFt = (void *)never;
-    system.Header.Compatibility_Id = ID_COMPATIBILITY;
+    system.Header.Compatibility_Id = ID_COMPATIBILITY + 1;
+    system.Header.CompatibilityMem_Id = ID_MEMORY_COMPATIBILITY;
     system.Header.Mem_Size_Data = sizeof data;
     system.Main.Number_Servos = system.Main.Number_Dios = 1;
     system.Main.Servo_SetCycleTime = 500;
     servo.Resolution = 262144;
     servo.Position = 300000.25;
+    printf("Program_Ini %d\n", call("Program_Ini", &plc)); /* another TG Motion */
+    system.Header.Compatibility_Id = ID_COMPATIBILITY;
+    system.Main.Number_Dios = 0;
+    printf("Program_Ini %d\n", call("Program_Ini", &plc)); /* no I/O unit */
+    system.Main.Number_Dios = 1;
     printf("Program_Ini %d\n", call("Program_Ini", &plc));
     for (int cycle = 0; cycle < 10000; cycle++) {
         uint64_t bits[2];
@@ -182,23 +210,18 @@ static int machine(void)
         servo.EtherCATState = dio.EtherCATState = cycle < 10 ? 4 : 8;
         servo.Status = cycle == 7000 ? SERVO_FAULT : servo.Mode ? SERVO_READY_ENABLE : 2;
         servo.DigitalIn = servo.Position < 1000.125 ? 4 : 0;
-        dio.In0 = cycle >> 4;
+        INPUTS(dio) = cycle >> 4;
         call("Program_04", &plc);
+        call("Program_01", &plc);
         servo.Position = servo.Mode ? servo.WritePosition : servo.Position;
         memcpy(bits, &servo.WritePosition, 8);
         memcpy(bits + 1, &data[3], 8);
         printf("%d %016" PRIx64 " %016" PRIx64 " %d %d %d\n", cycle, bits[0], bits[1], (int)servo.Mode, (int)servo.Control,
-               (int)dio.Out0);
+               (int)OUTPUTS(dio));
     }
     fwrite(data, 8, 4, stdout);
     return 0;
 }
-#else
-static int machine(void)
-{
-    return 2;
-}
-#endif
 
 int main(int argc, char **argv)
 {

@@ -102,6 +102,24 @@ refused "seventh export" "sin.c:$last: error: Program_06: is visible outside"
 sed 's/^long Program_05/static __attribute__((used)) long other/' "$template" >"$work/m/sin.c"
 refused "missing function" "error: Program_05: missing"
 
+# C++: a global that only code can initialise, on every target, whichever way its format keeps the code.
+start='__attribute__((noinline)) static int start() { int n; __asm__ volatile("" : "=r"(n)); return n; }'
+cpp_last=$(($(wc -l <templates/cpp/shuttle.cpp) + 1))
+sed 's/sin\.c$/sin.cpp/' "$work/m/Makefile" >"$work/m/Makefile.cpp"
+for target in elf64:g++ pe64:x86_64-w64-mingw32-g++ pe32:i686-w64-mingw32-g++ tgmmini:arm-linux-gnueabihf-g++ \
+    tgmcontroller:arm-none-eabi-g++; do
+    command -v "${target#*:}" >/dev/null || continue
+    target=${target%%:*}
+    for variable in 'speed:static volatile int speed = start();' 'shared_speed:extern int shared_speed; int shared_speed = start();' \
+        'gear:namespace { struct Gear { int teeth; Gear() : teeth(start()) {} }; } static volatile Gear gear;'; do
+        { cat templates/cpp/shuttle.cpp; printf '%s %s\n' "$start" "${variable#*:}"; } >"$work/m/sin.cpp"
+        run make -C "$work/m" -f Makefile.cpp TARGET="$target" BUILD="b-$target"
+        expect "$target: a global initialised by code, ${variable%%:*}" 2 \
+            "sin.cpp:$cpp_last: error: ${variable%%:*}: initialised by code that TG Motion never runs"
+        ls "$work/m/b-$target"/sin.tgm* >/dev/null 2>&1 && fail "$target: a module was made" || pass "$target: no module is made"
+    done
+done
+
 # The header alone, in every dialect that an author may use.
 cat >"$work/alone.c" <<'EOF'
 #include <tgm_plc.h>
@@ -118,6 +136,24 @@ for compiler in "gcc -std=c11" "gcc -std=c17" "clang -std=c11" "clang -std=c17" 
     run $compiler -fsyntax-only -ffreestanding -fshort-wchar -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror \
         -I sdk/include "$work/alone.c"
     expect "the header alone: $compiler" 0
+done
+# All headers of the SDK, on all compilers, in every dialect and layout.
+for header in start text motion math; do printf '#include <tgm/%s.h>\n' $header; done >"$work/all.c"
+cp "$work/all.c" "$work/all.cpp"
+for compiler in "gcc -fshort-wchar" "clang -fshort-wchar" x86_64-w64-mingw32-gcc i686-w64-mingw32-gcc "arm-none-eabi-gcc -DTGM_TEXT8" \
+    "arm-linux-gnueabihf-gcc -DTGM_TEXT8" "gcc -m32 -fshort-wchar" "clang -target i686-pc-windows-msvc -fms-extensions" \
+    "clang -target armv7a-none-eabi -DTGM_TEXT8"; do
+    : >"$work/refused"
+    for dialect in "-std=c11 $work/all.c" "-std=c17 $work/all.c" "-x c++ -std=c++17 $work/all.cpp"; do
+        for layout in 4 "5 -DTGM_MEMORY_ID=905" "5 -DTGM_MEMORY_ID=906"; do
+            # shellcheck disable=SC2086
+            run $compiler -DTGM_GENERATION=$layout -ffreestanding -fsyntax-only -Wall -Wextra -Wpedantic -Wconversion -Wshadow \
+                -Werror -I sdk/include $dialect
+            [ "$status" = 0 ] || { echo "$compiler $dialect $layout"; head -n 3 "$err"; } >>"$work/refused"
+        done
+    done
+    cp "$work/refused" "$err"
+    [ ! -s "$err" ] && pass "every header, dialect and layout: $compiler" || fail "every header, dialect and layout: $compiler"
 done
 run gcc -std=c11 -fsyntax-only -I sdk/include "$work/alone.c"
 expect "without -fshort-wchar the header says what to do" 1 "compile with -fshort-wchar"
@@ -157,13 +193,13 @@ long Program_01(PLC_DATA *pData)
 {
     LARGE_INTEGER pause;
     PLARGE_INTEGER p = &pause;
-    UCHAR byte = 1;
+    UCHAR octet = 1;
     BOOL sent;
     p->QuadPart = 1000;
     pData->functions.pSleepFt(p);
-    sent = pData->functions.pCAN_Transmit(1, 2, 1, &byte);
+    sent = pData->functions.pCAN_Transmit(1, 2, 1, &octet);
     pData->functions.pRtWprintf_String(text);
-    return helper(&byte, 1) && sent == TRUE;
+    return helper(&octet, 1) && sent == TRUE;
 }
 EOF
 printf '#include <windows.h>\n#include <tgm_plc.h>\n' >"$work/before.c"
@@ -180,7 +216,51 @@ for compiler in "gcc -std=c11 -ffreestanding -fshort-wchar" "clang -std=c17 -ffr
 done
 run gcc -std=c11 -ffreestanding -fshort-wchar -fsyntax-only -I sdk/include "$work/names.c"
 expect "and not when nobody asked" 1 "LPCWSTR"
-for compiler in x86_64-w64-mingw32-gcc i686-w64-mingw32-gcc x86_64-w64-mingw32-g++; do
+# Such sources become modules, and what they print is what the manual's sample prints.
+mkdir "$work/idiom"
+cat >"$work/idiom/Makefile" <<EOF
+SDK := $root/sdk
+MODULE := idiom
+SOURCES := idiom.c names.c
+MODULE_CFLAGS := -DTGM_WINDOWS_NAMES
+TGM := $tgm
+include \$(SDK)/mk/module.mk
+EOF
+cp "$work/idiom.c" "$work/names.c" "$work/idiom/"
+cat >>"$work/idiom/idiom.c" <<'EOF'
+long Program_03(PLC_DATA *pData)
+{
+    pHeader = (HEADER *)pData->PSystem_Memory;
+    pData->functions.pswprintf(info, SIZE_INFO, L"PLC id = %d TGM id = %d\n", ID_COMPATIBILITY, pHeader->Compatibility_Id);
+    pData->functions.pRtWprintf_String(info);
+    return 1;
+}
+long _cdecl Program_04(PLC_DATA *pData) { (void)pData; return 1; }
+long _cdecl Program_05(PLC_DATA *pData) { (void)pData; return 1; }
+EOF
+for target in elf64 pe64 pe32; do
+    run make -C "$work/idiom" TARGET=$target
+    expect "the manual's idiom becomes a module: $target" 0 "VERIFY"
+    lacks "without a warning: $target" warning
+done
+run "$tgm" run "$work/idiom/build/idiom.tgm" --for 20ms
+expect "and prints what the manual's sample prints" 0 "PLC id = 4033 TGM id = 4033"
+for compiler in "gcc -fshort-wchar" "clang -fshort-wchar" x86_64-w64-mingw32-gcc i686-w64-mingw32-gcc; do
+    for file in idiom names; do
+        # shellcheck disable=SC2086
+        run $compiler -x c++ -std=c++17 $strict -DTGM_WINDOWS_NAMES "$work/$file.c"
+        expect "$file in C++: $compiler" 0
+    done
+done
+for order in before after; do
+    { cat "$work/$order.c"; sed 's/^#include.*//' "$work/names.c"; } >"$work/both.c"
+    for compiler in x86_64-w64-mingw32-gcc i686-w64-mingw32-gcc; do
+        # shellcheck disable=SC2086
+        run $compiler -std=c11 $strict -DTGM_WINDOWS_NAMES "$work/both.c"
+        expect "the manual's names with windows.h $order: $compiler" 0
+    done
+done
+for compiler in x86_64-w64-mingw32-gcc i686-w64-mingw32-gcc x86_64-w64-mingw32-g++ i686-w64-mingw32-g++; do
     for order in before after; do
         # shellcheck disable=SC2086
         run $compiler $strict "$work/$order.c"
@@ -217,7 +297,45 @@ rows "Arm Linux C++17" arm-linux-gnueabihf-g++ -x c++ -std=c++17 -DTGM_TEXT8 -D_
 rows "i386 System V" gcc -m32 -std=c11 -fshort-wchar
 [ "$(grep -c _Static_assert tests/layouts/asserts_gen5_906.c)" = "$(($(wc -l <sdk/layout/tgm5-906.tsv) - 1))" ] &&
     pass "one assert a row" || fail "one assert a row"
-# Packing alone cannot spoil the layouts: every member lies at a multiple of its size. Alignment can.
+# The support library keeps nothing: no variables, no errno, no heap, nothing from outside but its own functions.
+for target in elf64 pe64 pe32 tgmmini tgmcontroller; do
+    case $target in
+    pe64) prefix=x86_64-w64-mingw32- ;;
+    pe32) prefix=i686-w64-mingw32- ;;
+    tgmmini) prefix=arm-linux-gnueabihf- ;;
+    tgmcontroller) prefix=arm-none-eabi- ;;
+    *) prefix= ;;
+    esac
+    run make -C templates/c TARGET=$target BUILD="$work/own/$target"
+    expect "the support library is built for $target" 0 "VERIFY"
+    for object in mem text16 text8 number motion move start; do
+        "${prefix}nm" "$work/own/$target/sdk/$object.o"
+    done >"$work/symbols"
+    awk '{kind = $(NF - 1); name = $NF}
+        kind ~ /^[BbCDdGgSsVvWw]$/ && name !~ /^\.(data|bss)/ {print kind, name}
+        kind == "U" && name !~ /^_?(tgm_|mem(cpy|move|set|cmp)$|_?_(aeabi_|udiv|umod|div|mod)|_GLOBAL_OFFSET_TABLE_$)/ {print kind, name}' \
+        "$work/symbols" >"$out"
+    [ -s "$work/symbols" ] && [ ! -s "$out" ] && pass "the support library has no variables and needs nothing: $target" ||
+        fail "the support library has no variables and needs nothing: $target"
+done
+run grep -rnE '\b(errno|malloc|calloc|realloc|free) *[(=;]' sdk/src --include=*.c --include=*.h --include=*.cpp
+expect "no errno and no heap in its source" 1
+
+# Other packing: generation 4 has every member at a multiple of its size, so that packing changes nothing; in
+# generation 5 (CNC) it does, and does not compile. Other alignment never does.
+for pack in 1 2 4 8; do
+    for layout in "4" "5 -DTGM_MEMORY_ID=905" "5 -DTGM_MEMORY_ID=906"; do
+        { echo "#pragma pack($pack)"; cat "$work/alone5.c"; } >"$work/packed.c"
+        for compiler in gcc clang; do
+            # shellcheck disable=SC2086
+            run $compiler -DTGM_GENERATION=$layout -std=c11 -fsyntax-only -ffreestanding -fshort-wchar -I sdk/include "$work/packed.c"
+            case "$layout $pack" in
+            4* | *8) expect "packed to $pack is the same layout ($compiler, generation $layout)" 0 ;;
+            *) expect "packed to $pack does not compile ($compiler, generation $layout)" 1 "Pxx is not where TG Motion has it" ;;
+            esac
+        done
+    done
+done
 run gcc -m32 -malign-double -std=c11 -fsyntax-only -ffreestanding -fshort-wchar -DTGM_GENERATION=5 -I sdk/include "$work/alone5.c"
 expect "other alignment does not compile" 1 "is not where TG Motion has it"
 
@@ -229,14 +347,59 @@ expect "a field of the wrong size does not compile" 1 "SERVO.Position does not h
 # Generated files follow the tables.
 run tools/layout.py --check
 expect "generated layouts are up to date" 0
-mkdir "$work/tree" && cp -R sdk tools docs "$work/tree/" && mkdir -p "$work/tree/harness/host" &&
-    cp harness/host/catalogue_gen4.inc "$work/tree/harness/host/"
+mkdir "$work/tree" && cp -R sdk tools docs "$work/tree/" && mkdir -p "$work/tree/harness/host" "$work/tree/tests" &&
+    cp harness/host/catalogue_*.inc "$work/tree/harness/host/" && cp -R tests/layouts "$work/tree/tests/"
+run "$work/tree/tools/layout.py" --check
+expect "and so they are in a copy of the tree" 0
 sed -i '/^SERVO\tWritePosition\t/d' "$work/tree/sdk/layout/tgm4.tsv"
 run "$work/tree/tools/layout.py" --check
 expect "a row that was taken away is noticed" 1 "out of date" "layout_gen4.h"
 sed -i 's/^SERVO\tPosition\tdouble\t1\t472\t/SERVO\tPosition\tdouble\t1\t460\t/' "$work/tree/sdk/layout/tgm4.tsv"
 run "$work/tree/tools/layout.py" --check
 expect "a row that overlaps is refused by name" 1 "SERVO.Position" "overlaps"
+
+# Every member says unit, access and meaning, every constant its meaning: a row that does not is refused.
+# broken NAME TABLE ROW COLUMN VALUE TEXT...: the table with another value in a column of a row
+broken() {
+    what=$1
+    table=$2
+    cp sdk/layout/*.tsv "$work/tree/sdk/layout/"
+    awk -F'\t' -v OFS='\t' -v row="$3" -v column="$4" -v value="$5" 'index($0, row "\t") == 1 {$column = value} {print}' \
+        "sdk/layout/$table" >"$work/tree/sdk/layout/$table"
+    shift 5
+    run "$work/tree/tools/layout.py" --check
+    expect "$what" 1 "$@"
+}
+servo=$(printf 'SERVO\tSpeed')
+broken "a member without access" tgm4.tsv "$servo" 9 '?' "tgm4.tsv: SERVO.Speed: access is '?'"
+broken "a member without unit" tgm5-905.tsv "$servo" 10 '' "tgm5-905.tsv: SERVO.Speed: no unit"
+broken "a member without meaning" tgm5-906.tsv "$servo" 12 '' "tgm5-906.tsv: SERVO.Speed: '' is no meaning"
+broken "a member with the name of a chapter for a meaning" tgm5-906.tsv "$servo" 12 'the osc chapter' "is no meaning"
+broken "a structure with an access of its own" tgm4.tsv "$(printf 'SERVO\tPg')" 9 'R' "SERVO.Pg: access 'parts' is for"
+broken "a constant without meaning" constants.tsv PLC_CTRL_LOAD_BIT 5 '-' "PLC_CTRL_LOAD_BIT: '-' is no meaning"
+broken "a constant with the name of a register for a meaning" constants.tsv PLC_CTRL_LOAD_BIT 5 'MAIN.PLC_Ctrl' "is no meaning"
+cp sdk/layout/*.tsv "$work/tree/sdk/layout/"
+for header in gen4 gen5_905 gen5_906; do
+    awk '/^typedef struct _/ {on = 1; next} /^}/ {on = 0} on' sdk/include/tgm/layout_$header.h >"$out"
+    grep -vE '; /\* @[0-9]+( \(5\.00\))? (R|W|RW|reserved|parts)( \(L5\))?, [^:]+: .+ \*/$' "$out" >"$err"
+    rows=$(wc -l <"$out")
+    [ "$rows" -gt 300 ] && [ ! -s "$err" ] && pass "$header.h: all $rows members say unit, access and meaning" ||
+        fail "$header.h: all $rows members say unit, access and meaning"
+    grep -E '^#define ' sdk/include/tgm/layout_$header.h | grep -vE '/\* .*[^ ] [^ ].* \*/$' | grep -vE '^#define TGM_LAYOUT_[A-Z0-9_]+_H$' >"$err"
+    [ ! -s "$err" ] && pass "$header.h: all constants say what they mean" || fail "$header.h: all constants say what they mean"
+done
+
+# The register reference at hand, for every layout.
+run "$tgm" registers User_PDO_Output_Size --generation 5
+expect "registers of 5.02" 0 "GENERAL.general_devices[16].User_PDO_Output_Size" " 488 " "byte"
+run "$tgm" registers User_PDO_Output_Size --generation 5 --memory-id 905
+expect "registers of 5.00" 0 " 504 "
+run "$tgm" registers TGM_General+1512 --generation 5
+expect "registers by offset inside an array of structures" 0 "User_PDO_Output_Size"
+run "$tgm" registers Servo_Tick --generation 5
+expect "an access that is ours is marked" 0 "R (L5)"
+run "$tgm" registers x --memory-id 905
+expect "a memory id of another generation" 2 "generation 4 has no memory id 905; allowed: 904"
 
 # Fetching: a wrong hash stops, an unpacked tree needs no network.
 mkdir -p "$work/third_party/download" && cp third_party/fetch.sh third_party/soem.lock "$work/third_party/"

@@ -66,10 +66,9 @@ static void reach_op(struct plant *p)
     for (unsigned i = 0; i < 200 && in_op < n; i++) {
         cycle(p);
         in_op = 0;
-        for (size_t s = 0; s < n; s++) {
-            bus_poll_state(p->bus, s);
+        bus_poll_states(p->bus);
+        for (size_t s = 0; s < n; s++)
             in_op += bus_slave(p->bus, s)->al_state == 8;
-        }
     }
     assert_int_equal(in_op, n);
 }
@@ -261,8 +260,7 @@ static void polling_states_leaves_process_data_in_flight_alone(void **state)
     for (unsigned i = 0; i < 100; i++) {
         bus_receive(p->bus, p->now);
         bus_send(p->bus, p->now += MS / 5);
-        for (size_t s = 0; s < 4; s++)
-            bus_poll_state(p->bus, s);
+        bus_poll_states(p->bus);
         assert_int_equal(bus_slave(p->bus, i % 4)->al_state, 8);
         p->now += MS - MS / 5;
         assert_int_equal(bus_receive(p->bus, p->now), bus_expected_wkc(p->bus));
@@ -326,22 +324,22 @@ static void a_silent_master_loses_its_drives_and_gets_them_back(void **state)
     enable_drive(p, 0);
     p->now += 150 * MS;
     cycle(p);
+    bus_poll_states(p->bus);
     cycle(p);
-    bus_poll_state(p->bus, 0);
-    bus_poll_state(p->bus, 1);
+    cycle(p);
     assert_int_equal(bus_slave(p->bus, 0)->al_state, 0x14);
     assert_int_equal(bus_slave(p->bus, 0)->al_code, 0x001b);
     assert_int_equal(bus_slave(p->bus, 1)->al_state, 8);
     assert_int_equal(get(p, 0, 0x6041) & 0x4f, 0x08);
-    bus_poll_state(p->bus, 2);
     set(p, 0, 0x6040, 0);
     bus_request_op(p->bus);
     for (unsigned i = 0; i < 10; i++)
         cycle(p);
-    for (size_t s = 0; s < 4; s++) {
-        bus_poll_state(p->bus, s);
+    bus_poll_states(p->bus);
+    cycle(p);
+    cycle(p);
+    for (size_t s = 0; s < 4; s++)
         assert_int_equal(bus_slave(p->bus, s)->al_state, 8);
-    }
     set(p, 0, 0x6040, 0x80);
     cycle(p);
     cycle(p);

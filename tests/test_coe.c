@@ -517,6 +517,283 @@ static void random_mailboxes_are_survived(void **state)
     assert_int_equal(read_value(rig, 0x1000, 0), 0x00020192);
 }
 
+/* --- captured exchanges --- */
+
+/* SOEM asking a servo drive, as seen on a wire: mailbox header, CoE header, SDO. */
+static void an_upload_answers_as_captured_drives_do(void **state)
+{
+    static const uint8_t request[] = { 0x0a, 0x00, 0x00, 0x00, 0x00, 0x13, 0x00, 0x20,
+                                       0x40, 0x00, 0x1c, 0x00, 0x00, 0x00, 0x00, 0x00 };
+    static const uint8_t answer[] = { 0x0a, 0x00, 0x00, 0x00, 0x00, 0x13, 0x00, 0x30,
+                                      0x4f, 0x00, 0x1c, 0x00, 0x04, 0x00, 0x00, 0x00 };
+    struct rig *rig = *state;
+    uint8_t box[128] = { 0 };
+
+    memcpy(box, request, sizeof request);
+    assert_int_equal(exchange(rig, FPWR, AT(DRIVE, 0x1000), box, 128), 1);
+    rig_wait(rig, SLAVE_MAILBOX_NS);
+    assert_int_equal(exchange(rig, FPRD, AT(DRIVE, 0x1080), box, 128), 1);
+    assert_memory_equal(box, answer, sizeof answer);
+}
+
+static void a_mapping_reads_as_captured(void **state)
+{
+    static const uint8_t first[] = { 0x43, 0x00, 0x16, 0x01, 0x10, 0x00, 0x40, 0x60 };
+    static const uint8_t assigned[] = { 0x4b, 0x12, 0x1c, 0x01, 0x00, 0x16, 0x00, 0x00 };
+    struct reply r = sdo(*state, 0x40, 0x1600, 1, NULL, 0);
+
+    assert_memory_equal(r.body + 2, first, sizeof first);
+    r = sdo(*state, 0x40, 0x1c12, 1, NULL, 0);
+    assert_memory_equal(r.body + 2, assigned, sizeof assigned);
+}
+
+/* --- emergencies --- */
+
+static void an_emergency_comes_unasked(void **state)
+{
+    static const uint8_t own[5] = { 1, 2, 3, 4, 5 };
+    struct rig *rig = *state;
+    struct reply r;
+
+    assert_false(receive(rig, &r));
+    mailbox_emergency(&rig->slaves[0], 0x8611, 0x21, own);
+    assert_int_equal(rig->slaves[0].memory[REG_SM + SM_SIZE + SM_STATUS] & SM_STATUS_FULL,
+                     SM_STATUS_FULL);
+    assert_true(receive(rig, &r));
+    assert_int_equal(r.type, MAILBOX_COE);
+    assert_int_equal(r.length, 10);
+    assert_int_equal(get_u16(r.body), 0x1000);
+    assert_int_equal(get_u16(r.body + 2), 0x8611);
+    assert_int_equal(r.body[4], 0x21);
+    assert_memory_equal(r.body + 5, own, 5);
+    assert_false(receive(rig, &r));
+}
+
+/* Devices reach it through their set-up. */
+static struct device_emergency sender;
+
+static void note_setup(void *device, const struct device_setup *setup)
+{
+    (void)device;
+    sender = setup->emergency;
+}
+
+static void devices_are_given_a_way_to_send_emergencies(void **state)
+{
+    static struct device_type type;
+    struct rig *rig = *state;
+    struct slave_setup one = { .type = &type, .device = rig->devices[0], .seed = 1 };
+    struct reply r;
+
+    type = *rig->slaves[0].type;
+    type.init = note_setup;
+    assert_int_equal(slave_init(&rig->slaves[0], &one), 0);
+    segment_init(&rig->segment, rig->slaves, 1);
+    rig_address(rig);
+    sender.send(sender.to, 0x1234, 1, NULL); /* in INIT there is no mailbox: lost */
+    drive_preop(rig, DRIVE);
+    assert_false(receive(rig, &r));
+    sender.send(sender.to, 0x7500, 0x11, NULL);
+    assert_true(receive(rig, &r));
+    assert_int_equal(get_u16(r.body + 2), 0x7500);
+}
+
+/* ethercrab takes the next message for its answer, whatever it is. */
+static void an_emergency_waits_until_the_open_request_is_answered(void **state)
+{
+    struct rig *rig = *state;
+    uint8_t body[10] = { 0x00, 0x20, 0x40, 0x00, 0x10 };
+    uint8_t box[128] = { 0 };
+    struct reply r;
+
+    counter = (uint8_t)(counter % 7 + 1);
+    put_u16(box, sizeof body);
+    box[5] = (uint8_t)(3 | counter << 4);
+    memcpy(box + 6, body, sizeof body);
+    assert_int_equal(exchange(rig, FPWR, AT(DRIVE, 0x1000), box, 128), 1);
+    mailbox_emergency(&rig->slaves[0], 0x8611, 0x21, NULL);
+    assert_false(receive(rig, &r));
+    rig_wait(rig, SLAVE_MAILBOX_NS);
+    assert_true(receive(rig, &r));
+    assert_int_equal(get_u16(r.body), 0x3000);
+    assert_true(receive(rig, &r));
+    assert_int_equal(get_u16(r.body), 0x1000);
+}
+
+static void an_emergency_does_not_part_the_fragments_of_a_list(void **state)
+{
+    struct rig *rig = *state;
+    uint8_t body[8] = { 0x00, 0x80, 1, 0, 0, 0, 1, 0 };
+    struct reply r;
+    unsigned left;
+
+    use_small_mailbox(rig);
+    send(rig, body, sizeof body);
+    assert_true(receive(rig, &r));
+    mailbox_emergency(&rig->slaves[0], 0x8611, 0x21, NULL);
+    for (left = get_u16(r.body + 4); left; left--) {
+        assert_true(receive(rig, &r));
+        assert_int_equal(get_u16(r.body), 0x8000);
+        assert_int_equal(get_u16(r.body + 4), left - 1);
+    }
+    assert_true(receive(rig, &r));
+    assert_int_equal(get_u16(r.body), 0x1000);
+}
+
+static void an_emergency_does_not_part_the_segments_of_a_transfer(void **state)
+{
+    struct rig *rig = *state;
+    uint8_t size[4] = { 4, 0, 0, 0 }, data[7] = { 0xef, 0xcd, 0xab, 0x09 };
+    struct reply r = sdo(rig, 0x21, 0x607a, 0, size, 4);
+
+    assert_int_equal(r.body[2], 0x60);
+    mailbox_emergency(&rig->slaves[0], 0x8611, 0x21, NULL);
+    assert_false(receive(rig, &r));
+    r = sdo_segment(rig, 3 << 1 | 1, data, 7);
+    assert_int_equal(r.body[2], 0x20);
+    assert_true(receive(rig, &r));
+    assert_int_equal(get_u16(r.body), 0x1000);
+}
+
+static void of_many_emergencies_the_first_are_kept_in_order(void **state)
+{
+    struct rig *rig = *state;
+    struct reply r;
+
+    for (unsigned i = 0; i < 20; i++)
+        mailbox_emergency(&rig->slaves[0], (uint16_t)(0x8000 + i), 1, NULL);
+    for (unsigned i = 0; i < EMERGENCIES + 1; i++) { /* one in the box, the others waiting */
+        assert_true(receive(rig, &r));
+        assert_int_equal(get_u16(r.body + 2), 0x8000 + i);
+    }
+    assert_false(receive(rig, &r));
+    assert_int_equal(read_value(rig, 0x1000, 0), 0x00020192);
+}
+
+/* --- sizes --- */
+
+/* As the smallest servo drives have it: one expedited SDO fits, nothing more. */
+static void a_mailbox_of_16_bytes_carries_sdos_and_no_information(void **state)
+{
+    static const char name[] = "Simulated servo drive CiA 402";
+    static struct sii_info sii;
+    static struct device_type type;
+    struct rig *rig = *state;
+    uint8_t list[4] = { 0, 0, 0, 0 }, toggle = 0;
+    char text[64] = { 0 };
+    size_t at = 0;
+    struct reply r;
+
+    type = *rig->slaves[0].type;
+    sii = *type.sii;
+    sii.mailbox.in_size = 16;
+    type.sii = &sii;
+    rig->slaves[0].type = &type;
+    assert_int_equal(read_value(rig, 0x1000, 0), 0x00020192);
+    assert_int_equal(write_value(rig, 0x607a, 0, 77, 4), 0);
+    r = sdo(rig, 0x40, 0x1008, 0, NULL, 0);
+    assert_int_equal(r.length, 10);
+    assert_int_equal(get_u32(r.body + 6), sizeof name - 1);
+    do {
+        size_t n;
+
+        r = sdo_segment(rig, (uint8_t)(0x60 | toggle), NULL, 0);
+        n = 7u - (r.body[2] >> 1 & 7u);
+        memcpy(text + at, r.body + 3, n);
+        at += n;
+        toggle ^= 0x10;
+    } while (!(r.body[2] & 1) && at < sizeof text - 7);
+    assert_string_equal(text, name);
+    for (uint8_t opcode = 1; opcode <= 5; opcode = (uint8_t)(opcode + 2)) {
+        put_u16(list, opcode == 1 ? 0 : 0x1000);
+        r = info(rig, opcode, list, 4);
+        assert_int_equal(r.body[2], 7);
+        assert_int_equal(get_u32(r.body + 6), SDO_MAILBOX_LENGTH);
+    }
+    assert_int_equal(read_value(rig, 0x607a, 0), 77);
+}
+
+/* The largest object there can be: 255 values of 32 bits. */
+static struct {
+    uint8_t count;
+    uint32_t value[255];
+} big;
+
+static const struct od_entry big_entries[] = {
+    { .first = 0, .last = 0, .type = OD_U8, .access = OD_RO, .name = "count" },
+    { .first = 1, .last = 255, .type = OD_U32, .access = OD_RW, .offset = 4, .name = "value" },
+};
+static const struct od_object big_object = { 0x2000, OD_ARRAY, OD_U32, 2, big_entries, "big" };
+static const struct od big_od = { .objects = &big_object, .count = 1 };
+
+static void use_big(struct rig *rig)
+{
+    static struct device_type type;
+
+    type = *rig->slaves[0].type;
+    type.od = &big_od;
+    rig->slaves[0].type = &type;
+    rig->slaves[0].device = &big;
+    type.step = NULL;
+    big.count = 255;
+    for (unsigned i = 0; i < 255; i++)
+        big.value[i] = 0x01000193u * (i + 1);
+}
+
+static void the_largest_object_goes_up_in_segments(void **state)
+{
+    struct rig *rig = *state;
+    static uint8_t all[1200];
+    uint8_t toggle = 0;
+    size_t at;
+    struct reply r;
+
+    use_big(rig);
+    r = sdo(rig, 0x50, 0x2000, 0, NULL, 0);
+    assert_int_equal(get_u32(r.body + 6), 2 + 255 * 4);
+    at = r.length - 10u;
+    memcpy(all, r.body + 10, at);
+    do {
+        size_t n;
+
+        r = sdo_segment(rig, (uint8_t)(0x60 | toggle), NULL, 0);
+        n = r.length - 3u - (r.body[2] >> 1 & 7u);
+        memcpy(all + at, r.body + 3, n);
+        at += n;
+        toggle ^= 0x10;
+    } while (!(r.body[2] & 1));
+    assert_int_equal(at, 2 + 255 * 4);
+    assert_int_equal(get_u16(all), 255);
+    for (unsigned i = 0; i < 255; i++)
+        assert_int_equal(get_u32(all + 2 + 4 * i), 0x01000193u * (i + 1));
+}
+
+static void the_largest_object_comes_down_in_segments(void **state)
+{
+    struct rig *rig = *state;
+    static uint8_t all[4 + 255 * 4];
+    uint8_t toggle = 0;
+    size_t at = 108, left;
+    struct reply r;
+
+    use_big(rig);
+    put_u32(all, 255 * 4);
+    for (unsigned i = 0; i < 255; i++)
+        put_u32(all + 4 + 4 * i, i * 3);
+    r = sdo(rig, 0x31, 0x2000, 1, all, 112);
+    assert_int_equal(r.body[2], 0x70);
+    while ((left = 255 * 4 - at)) {
+        size_t n = left < 112 ? left : 112;
+
+        r = sdo_segment(rig, (uint8_t)(toggle | (n == left)), all + 4 + at, n);
+        assert_int_equal(r.body[2], 0x20 | toggle);
+        toggle ^= 0x10;
+        at += n;
+    }
+    for (unsigned i = 0; i < 255; i++)
+        assert_int_equal(big.value[i], i * 3);
+}
+
 #define T(test) cmocka_unit_test_setup_teardown(test, setup, teardown)
 
 int main(void)
@@ -543,6 +820,17 @@ int main(void)
         T(objects_and_entries_describe_themselves),
         T(the_dictionary_is_sorted_and_its_entries_lie_inside_the_device),
         T(random_mailboxes_are_survived),
+        T(an_upload_answers_as_captured_drives_do),
+        T(a_mapping_reads_as_captured),
+        T(an_emergency_comes_unasked),
+        T(devices_are_given_a_way_to_send_emergencies),
+        T(an_emergency_waits_until_the_open_request_is_answered),
+        T(an_emergency_does_not_part_the_fragments_of_a_list),
+        T(an_emergency_does_not_part_the_segments_of_a_transfer),
+        T(of_many_emergencies_the_first_are_kept_in_order),
+        T(a_mailbox_of_16_bytes_carries_sdos_and_no_information),
+        T(the_largest_object_goes_up_in_segments),
+        T(the_largest_object_comes_down_in_segments),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -72,15 +72,6 @@ static void every_device_has_a_well_formed_image(void **state)
     }
 }
 
-static uint16_t sii_command(struct rig *rig, uint16_t station, uint16_t command, uint32_t address)
-{
-    uint8_t request[6];
-
-    put_u16(request, command);
-    put_u32(request + 2, address);
-    return (uint16_t)exchange(rig, FPWR, AT(station, REG_EEPROM_CONTROL), request, 6);
-}
-
 static void sii_read_is_busy_and_then_gives_eight_bytes(void **state)
 {
     struct rig *rig = *state;
@@ -260,22 +251,6 @@ static void the_same_configuration_again_does_not_empty_a_running_mailbox(void *
 }
 
 /* --- mailbox transport --- */
-
-static bool mailbox_receive(struct rig *rig, uint16_t station, uint8_t box[128])
-{
-    rig_wait(rig, SLAVE_MAILBOX_NS);
-    return exchange(rig, FPRD, AT(station, 0x1080), box, 128) == 1;
-}
-
-static void sdo_read_request(uint8_t box[128], uint8_t counter, uint16_t index)
-{
-    memset(box, 0, 128);
-    put_u16(box, 10);
-    box[5] = (uint8_t)(3 | counter << 4);
-    put_u16(box + 6, 0x2000);
-    box[8] = 0x40;
-    put_u16(box + 9, index);
-}
 
 static void an_unknown_protocol_gets_a_mailbox_error(void **state)
 {

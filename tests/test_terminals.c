@@ -156,6 +156,35 @@ static void several_signals_of_a_digital_input_are_or(void **state)
     free(device);
 }
 
+static void an_input_that_is_let_go_follows_its_signals_again(void **state)
+{
+    static const struct bus_stimulus stimulus = { .kind = BUS_CONSTANT, .offset = 50000 };
+    const struct device_type *type = device_type_find("ai-2");
+    struct device_setup setup = { .type = type, .stimuli = &stimulus, .stimulus_count = 1 };
+    void *device = calloc(1, type->size);
+    int64_t value;
+
+    (void)state;
+    type->init(device, &setup);
+    type->step(device, 0);
+    assert_int_equal(type->get_input(device, 0, &value), 0);
+    assert_int_equal(value, 32767);
+    type->set_input(device, 0, -5);
+    type->set_input(device, 1, 6);
+    type->step(device, 1);
+    type->get_input(device, 0, &value);
+    assert_int_equal(value, -5);
+    type->free_input(device, 0);
+    type->free_input(device, 1);
+    type->step(device, 2);
+    type->get_input(device, 0, &value);
+    assert_int_equal(value, 32767);
+    type->get_input(device, 1, &value);
+    assert_int_equal(value, 0);
+    assert_int_equal(type->get_input(device, 2, &value), -22);
+    free(device);
+}
+
 static void inputs_hold_what_the_outside_world_sets(void **state)
 {
     struct rig *rig = rig_of("di-16");
@@ -165,7 +194,8 @@ static void inputs_hold_what_the_outside_world_sets(void **state)
     (void)state;
     write_sm(rig, 0x1001, 0, 0x1000, 2, 0x00, 1);
     assert_int_equal(type->set_input(rig->devices[0], 0, 1), 0);
-    assert_int_equal(type->set_input(rig->devices[0], 9, 7), 0);
+    assert_int_equal(type->set_input(rig->devices[0], 9, 1), 0);
+    assert_int_equal(type->set_input(rig->devices[0], 9, 2), -22);
     assert_int_equal(type->set_input(rig->devices[0], 16, 1), -22);
     assert_int_equal(exchange(rig, FPRD, AT(0x1001, 0x1000), in, 2), 1);
     assert_int_equal(get_u16(in), 0x0201);
@@ -295,11 +325,10 @@ static void plant_open(struct plant *p, const struct bus_device *devices, size_t
     bus_request_op(p->bus);
     for (unsigned i = 0; i < 200 && in_op < count; i++) {
         cycle(p);
+        bus_poll_states(p->bus);
         in_op = 0;
-        for (size_t s = 0; s < count; s++) {
-            bus_poll_state(p->bus, s);
+        for (size_t s = 0; s < count; s++)
             in_op += bus_slave(p->bus, s)->al_state == AL_OP;
-        }
     }
     assert_int_equal(in_op, count);
 }
@@ -410,7 +439,9 @@ static void a_lost_master_makes_analog_outputs_safe_and_leaves_op(void **state)
     settle(&p);
     p.now += 150 * MS;
     bus_receive(p.bus, p.now);
-    bus_poll_state(p.bus, 0);
+    bus_poll_states(p.bus);
+    cycle(&p);
+    cycle(&p);
     assert_int_equal(bus_slave(p.bus, 0)->al_state, AL_SAFEOP | AL_ERROR);
     assert_int_equal(bus_slave(p.bus, 0)->al_code, AL_CODE_WATCHDOG);
     assert_int_equal(bus_sdo_read(p.bus, 0, 0x3001, 1, bytes, &size, NULL), 0);
@@ -529,6 +560,7 @@ int main(void)
         T(sixteen_outputs_reach_the_pins_and_drop_with_the_watchdog),
         T(outputs_are_safe_outside_of_op),
         T(several_signals_of_a_digital_input_are_or),
+        T(an_input_that_is_let_go_follows_its_signals_again),
         T(inputs_hold_what_the_outside_world_sets),
         T(signals_have_their_shapes),
         T(a_sine_is_one_to_the_fifth_digit),

@@ -22,15 +22,26 @@ $(FIXTURE_DIR)/%.tgm: conformance/fixtures/%.c conformance/fixtures/base.h sdk/i
 UNIT_TESTS := test_text16 test_catalogue test_fixtures
 SDK_TESTS := test_sdk_mem test_sdk_text test_sdk_motion test_sdk_start test_sdk_start5 test_sdk_start8
 IMAGE_TESTS := test_image test_image_real test_image_bad test_image_damage test_image_memory \
-    test_image_pe test_image_pe_bad test_image_arm test_image_flat
-MACHINE_TESTS := test_machine test_machine_call test_machine_load test_machine_seal test_worker
-BUS_TESTS := test_segment test_slave test_coe test_drive test_bus \
-    test_terminals \
-    test_device_file \
-    test_esi \
-    test_busfile
+    test_image_pe test_image_pe_bad test_image_arm test_image_flat \
+    test_stack
+MACHINE_TESTS := test_machine test_machine_call test_machine_load test_machine_seal test_worker \
+    test_machine_stack
+BUS_TESTS := test_segment test_slave test_coe test_drive test_bus test_client \
+    test_topology \
+    test_controller \
+    test_dc
+BUS_TESTS += test_faults
+BUS_TESTS += test_pcap
+BUS_TESTS += test_faults_bus
+BUS_TESTS += test_terminals
+BUS_TESTS += test_device_file
+BUS_TESTS += test_esi
+BUS_TESTS += test_busfile
 
-$(addprefix $(BUILD)/obj/tests/,$(BUS_TESTS:=.o) bench_bus.o): ALL_CFLAGS += -Itests $(BUS_CFLAGS)
+$(addprefix $(BUILD)/obj/tests/,$(BUS_TESTS:=.o) bench_bus.o soak_segment.o): ALL_CFLAGS += -Itests $(BUS_CFLAGS)
+
+# Captures that tests/captures.sh lets tshark dissect.
+$(BUILD)/obj/tests/test_pcap.o: ALL_CFLAGS += -DTEST_CAPTURES_DIR='"$(BUILD)/captures"'
 
 # The SDK's support library as native code: the same sources that modules are linked from.
 SDK_OBJ := $(addprefix $(BUILD)/obj/sdk-host/,number.o text16.o text8.o motion.o move.o)
@@ -52,7 +63,7 @@ $(BUILD)/math/libtgm_math.a: sdk/mk/math.sh $(wildcard sdk/src/math/*) third_par
 	$(Q)sdk/mk/math.sh $(@D) gcc -fPIC
 
 MACHINE_MODULE_DIR := $(BUILD)/machine_modules
-MACHINE_MODULES := $(addprefix $(MACHINE_MODULE_DIR)/,faults.so abi.so hostile.so data.so)
+MACHINE_MODULES := $(addprefix $(MACHINE_MODULE_DIR)/,faults.so abi.so hostile.so data.so stack.so)
 
 $(MACHINE_MODULE_DIR)/%.so: tests/machine_modules/%.S | $(BUILD)/.deps
 	@mkdir -p $(@D)
@@ -68,6 +79,27 @@ $(MACHINE_MODULE_DIR)/%.so: tests/machine_modules/%.c | $(BUILD)/.deps
 $(addprefix $(BUILD)/obj/tests/,$(MACHINE_TESTS:=.o)): ALL_CFLAGS += -Itests \
     -DTEST_MACHINE_MODULES_DIR='"$(MACHINE_MODULE_DIR)"'
 $(addprefix $(BUILD)/test/,$(MACHINE_TESTS)): | $(MACHINE_MODULES)
+$(BUILD)/obj/tests/test_machine_stack.o: ALL_CFLAGS += -DTEST_TEMPLATE='"$(BUILD)/template/shuttle.tgm"'
+$(BUILD)/test/test_machine_stack: | template-linked
+
+# Modules for tests of the host: every source of tests/host_modules for each layout.
+HOST_MODULE_DIR := $(BUILD)/host_modules
+HOST_MODULES := $(foreach layout,4 905 906,$(patsubst tests/host_modules/%.c,$(HOST_MODULE_DIR)/%_$(layout).tgm,$(wildcard tests/host_modules/*.c)))
+HOST_TESTS := test_host
+host_module_4 := -DTGM_GENERATION=4
+host_module_905 := -DTGM_GENERATION=5 -DTGM_MEMORY_ID=905
+host_module_906 := -DTGM_GENERATION=5 -DTGM_MEMORY_ID=906
+
+define host_module_rule
+$(HOST_MODULE_DIR)/%_$(1).tgm: tests/host_modules/%.c $(wildcard sdk/include/*.h sdk/include/tgm/*.h) sdk/src/mem.c | $(BUILD)/.deps
+	@mkdir -p $$(@D)
+	@echo "  MODULE $$< ($(1))"
+	$$(Q)gcc $$(MODULE_CFLAGS) $$(host_module_$(1)) -fno-builtin -o $$@ $$< sdk/src/mem.c $$(FIXTURE_LDFLAGS) -Wl,-w
+endef
+$(foreach layout,4 905 906,$(eval $(call host_module_rule,$(layout))))
+
+$(addprefix $(BUILD)/obj/tests/,$(HOST_TESTS:=.o)): ALL_CFLAGS += -DTEST_HOST_MODULES_DIR='"$(HOST_MODULE_DIR)"'
+$(addprefix $(BUILD)/test/,$(HOST_TESTS)): | $(HOST_MODULES)
 
 include tests/modules/image.mk
 $(addprefix $(BUILD)/obj/tests/,$(IMAGE_TESTS:=.o) image_support.o image_support_pe.o): ALL_CFLAGS += -DTEST_MODULES_DIR='"$(BUILD)/modules"'
@@ -82,6 +114,17 @@ $(BUILD)/obj/tests/test_fixtures.o: ALL_CFLAGS += -DFIXTURE_DIR='"$(FIXTURE_DIR)
 
 .PHONY: test-programs fixtures
 fixtures: $(FIXTURES) ## build the rules' fixture modules
-test-programs: $(addprefix $(BUILD)/test/,$(UNIT_TESTS) $(SDK_TESTS) $(IMAGE_TESTS) $(MACHINE_TESTS) $(BUS_TESTS)) $(FIXTURES)
+test-programs: $(addprefix $(BUILD)/test/,$(UNIT_TESTS) $(SDK_TESTS) $(IMAGE_TESTS) $(MACHINE_TESTS) $(BUS_TESTS) $(HOST_TESTS)) $(FIXTURES)
 
 -include $(wildcard $(BUILD)/obj/tests/*.d $(BUILD)/obj/sdk-host/*.d)
+
+# SOEM's own sources with its own port for Linux, as its users build them, under a walker of ours.
+SOEM_STOCK := third_party/soem
+SOEM_STOCK_CFLAGS := -std=gnu11 -O2 -g -DEC_VER2 -DUSE_SOEM_CONFIG_H -Itests/strangers -isystem $(SOEM_STOCK)/soem \
+    -isystem $(SOEM_STOCK)/osal -isystem $(SOEM_STOCK)/osal/linux -isystem $(SOEM_STOCK)/oshw/linux
+$(BUILD)/strangers/soem_walk: tests/strangers/soem_walk.c tests/strangers/soem_config.h third_party/soem/.from
+	@mkdir -p $(@D)
+	@echo "  CC     $@"
+	$(Q)$(CC) $(SOEM_STOCK_CFLAGS) -Wall -Wextra -Werror -c -o $@.o $<
+	$(Q)$(CC) $(SOEM_STOCK_CFLAGS) -w -o $@ $@.o $(SOEM_STOCK)/soem/*.c $(SOEM_STOCK)/osal/linux/*.c \
+	    $(SOEM_STOCK)/oshw/linux/*.c -lpthread

@@ -11,7 +11,8 @@ build libc6-dev      its C library
 build binutils       linker and readelf, nm for the checks of a module
 build libelf-dev     reads ELF modules
 build libdw-dev      source lines of a module, from its debug information
-build libseccomp-dev confines the reading of debug information
+build libcapstone-dev disassembles modules: how much stack they take
+build libseccomp-dev confines the reading of debug information and code
 build libsodium-dev  SHA-256 of modules
 build libjansson-dev JSON reports
 build libxml2-dev   device descriptions (ESI)
@@ -35,6 +36,9 @@ test  gcc-arm-none-eabi modules for TGMcontroller and TGZ+Motion
 test  valgrind       memory checks
 test  libmpfr-dev    the reference for the SDK's mathematics
 test  gdb            make debug
+test  tshark         dissects captures
+test  iproute2       virtual cables between the simulated bus and other masters
+test  python3-venv   pysoem, one of those masters
 test  procps         looks for processes that a hostile module left behind
 EOF
 }

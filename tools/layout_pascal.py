@@ -8,6 +8,8 @@ Names are those of the tables. Pascal does not tell letter cases apart and has o
 """
 import re
 
+from layout_words import MEMBER_LINES, place_text
+
 SCALARS = {
     "int8_t": "ShortInt", "uint8_t": "Byte", "int16_t": "SmallInt", "uint16_t": "Word",
     "int32_t": "LongInt", "uint32_t": "LongWord", "int64_t": "Int64", "uint64_t": "QWord",
@@ -19,7 +21,6 @@ RESERVED = set("""absolute and array as asm begin case class const constructor d
     initialization inline interface is label library mod nil not object of on operator or out packed procedure
     program property raise record reintroduce repeat resourcestring self set shl shr string then threadvar to
     try type unit until uses var while with xor""".split())
-ASSUMED = {"assumed-5.00", "none"}
 
 # Diagnostic functions, which tgm_plc.h declares by hand for C: comment, then name and signature.
 FUNCTIONS_GEN4 = [
@@ -135,12 +136,8 @@ def struct_text(struct, structs, functions):
         kind = type_of(row, structs, functions)
         if row["count"] != 1:
             kind = "array[0..%d] of %s" % (row["count"] - 1, kind)
-        access = {"?": "-"}.get(row["access"], row["access"])
-        where = "@%d%s %s" % (row["offset"], " (5.00)" if row["evidence"] in ASSUMED else "", access)
-        if row["unit"] != "-":
-            where += ", " + row["unit"]
         volatile = "; changes at any time, read it once" if row["c_type"].startswith("volatile") else ""
-        out.append("    %s: %s; // %s: %s%s" % (pascal_name(row["member"]), kind, where, row["note"], volatile))
+        out.append("    %s: %s; // %s: %s%s" % (pascal_name(row["member"]), kind, place_text(row), row["note"], volatile))
     return out + ["  end;", ""]
 
 
@@ -154,10 +151,8 @@ def pascal_text(name, title, notice, order, structs, constants, is_gen4):
                   "\n"
                   "tgm_%s.pas - shared memories and PLC_DATA of %s.\n"
                   "%s\n"
-                  "\n"
-                  "Each member states its offset in bytes (64-bit target), its access from the PLC's side (R: TG\n"
-                  "Motion writes, the PLC reads; W: the PLC writes; RW: both; -: not stated by the manual), its\n"
-                  "unit and its meaning. &Type is the member Type: Pascal reserves the word." % (name, title, notice))
+                  "\n" % (name, title, notice) + "\n".join(MEMBER_LINES) +
+                  "\n&Type is the member Type: Pascal reserves the word.")
     if is_gen4:
         out += comment("\"(5.00)\" behind the offset: no document gives the generation 4 position, the one of generation\n"
                        "5.00 is assumed (docs/decisions.md, L1).")

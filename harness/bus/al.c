@@ -74,6 +74,41 @@ static bool process_sm_fits(const struct slave *slave, int n, unsigned bits)
     return sm_is(slave, (unsigned)n, want->start, (uint16_t)bytes, want->control);
 }
 
+/* Without a dictionary the SII says how long the process image is: the PDOs of the sync manager, or
+ * its own length. */
+static unsigned sii_bits(const struct sii_info *sii, int n, const struct sii_pdo *pdos,
+                         unsigned count)
+{
+    unsigned bits = 0;
+
+    for (unsigned i = 0; i < count; i++) {
+        if (pdos[i].sm != n)
+            continue;
+        for (unsigned k = 0; k < pdos[i].entry_count; k++)
+            bits += pdos[i].entries[k].bits;
+    }
+    return bits || n < 0 ? bits : sii->sm[n].length * 8u;
+}
+
+static unsigned image_bits(const struct slave *slave, enum pdo_direction direction)
+{
+    const struct sii_info *sii = slave->type->sii;
+
+    if (slave->type->od)
+        return pdo_image(slave->type->od, slave->device, direction)->bits;
+    return direction == PDO_RX ? sii_bits(sii, slave->output_sm, sii->rx, sii->rx_count)
+                               : sii_bits(sii, slave->input_sm, sii->tx, sii->tx_count);
+}
+
+static uint16_t check_process_sms(const struct slave *slave)
+{
+    if (!process_sm_fits(slave, slave->output_sm, image_bits(slave, PDO_RX)))
+        return AL_CODE_OUTPUT_CONFIG;
+    if (!process_sm_fits(slave, slave->input_sm, image_bits(slave, PDO_TX)))
+        return AL_CODE_INPUT_CONFIG;
+    return AL_CODE_NONE;
+}
+
 /* Both sides must mean the same process image, or the drive would take a velocity for a position.
  */
 static uint16_t check_safeop(struct slave *slave)
@@ -88,11 +123,10 @@ static uint16_t check_safeop(struct slave *slave)
             if (code)
                 return code;
         }
-        if (!process_sm_fits(slave, slave->output_sm, pdo_image(od, slave->device, PDO_RX)->bits))
-            return AL_CODE_OUTPUT_CONFIG;
-        if (!process_sm_fits(slave, slave->input_sm, pdo_image(od, slave->device, PDO_TX)->bits))
-            return AL_CODE_INPUT_CONFIG;
     }
+    code = check_process_sms(slave);
+    if (code)
+        return code;
     /* Cyclic operation without a period, or SYNC pulses without the cyclic unit. */
     if (((dc & 1) && get_u32(slave->memory + REG_DC_CYCLE0) == 0) || ((dc & 6) && !(dc & 1)))
         return AL_CODE_DC_CONFIG;
@@ -144,16 +178,16 @@ static void request_up(struct slave *slave, unsigned to)
         grant(slave, to);
 }
 
-static void request(struct slave *slave, unsigned control)
+/* The alias names the device; the answer stands where an error would have its code. */
+static void identify(struct slave *slave)
 {
-    unsigned status = get_u16(slave->memory + REG_AL_STATUS);
-    unsigned to = control & AL_STATE;
+    if (!(get_u16(slave->memory + REG_AL_STATUS) & AL_ERROR))
+        publish(slave, slave->state | (unsigned)AL_DEVICE_ID,
+                get_u16(slave->memory + REG_STATION_ALIAS));
+}
 
-    if (status & AL_ERROR) {
-        if (!(control & AL_ERROR) && to != AL_INIT)
-            return;
-        publish(slave, slave->state, AL_CODE_NONE);
-    }
+static void request_state(struct slave *slave, unsigned to)
+{
     slave->al.wait_outputs = false;
     if (to == AL_BOOT)
         refuse(slave, AL_CODE_NO_BOOT);
@@ -163,6 +197,23 @@ static void request(struct slave *slave, unsigned control)
         grant(slave, to);
     else
         request_up(slave, to);
+}
+
+static void request(struct slave *slave, unsigned control)
+{
+    unsigned status = get_u16(slave->memory + REG_AL_STATUS);
+    unsigned to = control & AL_STATE;
+
+    if (status & AL_ERROR) {
+        if (!(control & AL_ERROR) && to != AL_INIT)
+            return;
+        publish(slave, slave->state, AL_CODE_NONE);
+    } else if (status & AL_DEVICE_ID) {
+        publish(slave, slave->state, AL_CODE_NONE);
+    }
+    request_state(slave, to);
+    if (control & AL_DEVICE_ID)
+        identify(slave);
 }
 
 static void emulate(struct slave *slave, unsigned control)
@@ -180,8 +231,11 @@ bool al_write_control(struct slave *slave, uint16_t address, const uint8_t *data
 {
     struct al *al = &slave->al;
 
-    if (al->pending)
+    if (al->pending && slave->now_ns < al->read_ns)
         return false;
+    /* It has been read and is on its way: the next one comes behind it. */
+    if (al->pending)
+        request(slave, al->request);
     memcpy(slave->memory + address, data, length);
     if (address != REG_AL_CONTROL)
         return true;
@@ -192,6 +246,7 @@ bool al_write_control(struct slave *slave, uint16_t address, const uint8_t *data
     al->pending = true;
     al->wait_outputs = false;
     al->request = data[0];
+    al->read_ns = slave->now_ns + SLAVE_AL_READ_NS;
     al->due_ns = slave->now_ns + SLAVE_AL_NS;
     if (al->due_ns < slave->due_ns)
         slave->due_ns = al->due_ns;
@@ -223,7 +278,7 @@ void al_fall(struct slave *slave, unsigned state, uint16_t code)
 
 void al_check_running(struct slave *slave)
 {
-    const struct od *od = slave->type->od;
+    uint16_t code;
 
     if (slave->type->al_emulation || slave->state == AL_INIT)
         return;
@@ -231,10 +286,9 @@ void al_check_running(struct slave *slave)
         al_fall(slave, AL_INIT, AL_CODE_MAILBOX_CONFIG);
         return;
     }
-    if (slave->state < AL_SAFEOP || !od)
+    if (slave->state < AL_SAFEOP)
         return;
-    if (!process_sm_fits(slave, slave->output_sm, pdo_image(od, slave->device, PDO_RX)->bits))
-        al_fall(slave, AL_PREOP, AL_CODE_OUTPUT_CONFIG);
-    else if (!process_sm_fits(slave, slave->input_sm, pdo_image(od, slave->device, PDO_TX)->bits))
-        al_fall(slave, AL_PREOP, AL_CODE_INPUT_CONFIG);
+    code = check_process_sms(slave);
+    if (code)
+        al_fall(slave, AL_PREOP, code);
 }

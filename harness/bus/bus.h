@@ -20,6 +20,7 @@
 
 #define BUS_WHY        256
 #define BUS_MAX_SLAVES 64
+#define BUS_FAULT_TEXT 128
 
 struct bus;
 struct bus_library; /* device types: those built in and those of device files (library.h) */
@@ -62,6 +63,15 @@ struct bus_stimulus {
     int64_t amplitude, offset;
 };
 
+/* A value of an object that a slave needs before it can go to SAFEOP: a choice of mapping, say. */
+struct bus_startup {
+    size_t slave;
+    uint16_t index;
+    uint8_t subindex;
+    uint8_t size; /* bytes: 1, 2, 4 */
+    uint32_t value;
+};
+
 struct bus_config {
     const struct bus_device *devices;
     size_t device_count;
@@ -70,6 +80,18 @@ struct bus_config {
     const struct bus_library *library; /* NULL: built-in types only */
     struct pcap *capture;              /* NULL: none */
     bool redundant;                    /* SOEM's second port closes the ring */
+    bool dc_sync;                      /* slaves with axes and a clock get SYNC0 every cycle */
+    /* Written by CoE on the way from PREOP to SAFEOP, whenever a slave goes it, in this order. */
+    const struct bus_startup *startup;
+    size_t startup_count;
+    const char *faults;                /* script of what goes wrong (faults.h); NULL: nothing */
+    const char *faults_name;           /* what messages call it */
+};
+
+/* A fault that was applied, or its end. */
+struct bus_fault_event {
+    uint64_t time_ns;
+    char text[BUS_FAULT_TEXT];
 };
 
 struct bus_slave {
@@ -77,8 +99,10 @@ struct bus_slave {
     uint32_t vendor, product, revision;
     uint16_t
         al_state; /* as last read from the slave: 1 INIT, 2 PREOP, 4 SAFEOP, 8 OP; + 0x10 error */
-    uint16_t al_code; /* AL status code as last read */
-    unsigned axes;    /* CiA 402 axes found in its mapping (0x6040, 0x6840 ...); 0 for terminals */
+    uint16_t al_code;            /* AL status code as last read */
+    bool lost;                   /* does not answer at its station address */
+    unsigned losses, recoveries; /* how often it was lost, and brought back to OP */
+    unsigned axes; /* CiA 402 axes found in its mapping (0x6040, 0x6840 ...); 0 for terminals */
     unsigned input_bits, output_bits; /* process data lengths */
 };
 
@@ -129,15 +153,45 @@ void bus_send(struct bus *bus, uint64_t now_ns);
 int bus_receive(struct bus *bus, uint64_t now_ns);
 int bus_expected_wkc(const struct bus *bus);
 
-/* Reads AL state and code of one slave by a register read of its own (round robin by the caller),
- * beside process data in flight; updates bus_slave(). Both become 0 when the slave does not answer.
+/* Asks for the AL states of all slaves, beside the process data; bus_slave() has them after one of
+ * the next exchanges. State and code become 0, and the slave is lost, when it does not answer. */
+void bus_poll_states(struct bus *bus);
+
+/* From now on slaves that are lost, or below OP, are brought back beside the process data: found
+ * again by their place and identity, configured as at the start, acknowledged and sent to OP. What
+ * happened is counted in bus_slave(). */
+void bus_supervise(struct bus *bus, bool on);
+
+/*
+ * Something that takes several frames and happens beside the process data, one after the other in
+ * the order in which they were started: an SDO, or an access to registers of the slave controller.
+ * The job belongs to the caller and must stay until it is done, or until bus_close().
  */
-void bus_poll_state(struct bus *bus, size_t slave);
+enum bus_job_kind { BUS_SDO_READ, BUS_SDO_WRITE, BUS_REGISTER_READ, BUS_REGISTER_WRITE };
+
+#define BUS_JOB_DATA 512
+
+struct bus_job {
+    enum bus_job_kind kind;
+    size_t slave;
+    uint16_t index; /* of the object; address of the register */
+    uint8_t subindex;
+    bool complete; /* SDO: all subindexes from this one (0 or 1) on */
+    size_t size;   /* bytes to write; room, then bytes read */
+    uint8_t data[BUS_JOB_DATA];
+
+    bool done;
+    int result;           /* as of bus_sdo_read(); registers: -ETIMEDOUT when nobody answered */
+    uint32_t abort;       /* with -EPROTO */
+    struct bus_job *next; /* of the bus */
+};
+
+void bus_job_start(struct bus *bus, struct bus_job *job);
 
 /* CoE upload/download, blocking in virtual time: bus_now() is some milliseconds later afterwards,
- * and the caller goes on from there; no process data flows meanwhile. 0, or negative errno: -EPROTO
- * abort (code in *abort, which may be NULL), -ETIMEDOUT no answer, -EBADMSG not an answer, -ENOSPC
- * data larger than *size, -EOPNOTSUPP slave without CoE, -EINVAL no such slave. */
+ * and the caller goes on from there; no process data flows meanwhile, jobs do. 0, or negative
+ * errno: -EPROTO abort (code in *abort, which may be NULL), -ETIMEDOUT no answer, -EBADMSG not an
+ * answer, -ENOSPC data larger than *size, -EOPNOTSUPP slave without CoE, -EINVAL no such slave. */
 int bus_sdo_read(struct bus *bus, size_t slave, uint16_t index, uint8_t subindex, void *data,
                  size_t *size, uint32_t *abort);
 int bus_sdo_write(struct bus *bus, size_t slave, uint16_t index, uint8_t subindex, const void *data,
@@ -146,6 +200,16 @@ int bus_sdo_write(struct bus *bus, size_t slave, uint16_t index, uint8_t subinde
 /* The outside world sets input `channel` of a slave from now on, instead of its stimuli: digital
  * inputs 0 or 1, analog inputs their raw value. -EINVAL: no such slave or channel. */
 int bus_set_input(struct bus *bus, size_t slave, unsigned channel, int64_t value);
+
+/* Time 0 of the fault script, and frame number 0, are now. Nothing of it happens before, except what
+ * it has for the start of the bus. */
+void bus_faults_begin(struct bus *bus, uint64_t now_ns);
+/* One fault now: "unplug after 2", "mailbox 1 silent for 20ms". 0, -EINVAL or -ENOSPC with a reason.
+ */
+int bus_fault(struct bus *bus, const char *text, uint64_t now_ns, char why[BUS_WHY]);
+/* What was applied so far, numbered from 0. False: not yet. Only the latest are remembered: the text
+ * of an older one is empty. */
+bool bus_fault_log(const struct bus *bus, uint64_t number, struct bus_fault_event *event);
 
 /* The device table: name and one-line description by index, NULL past the end. */
 const char *bus_device_type(size_t index, const char **description);

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 #include "bus/client.h"
+#include "bus/fiber.h"
 #include "bus/library.h"
+#include "bus/spread.h"
 
 #include <errno.h>
 #include <pthread.h>
@@ -22,14 +24,10 @@ static int fail(char why[BUS_WHY], int error, const char *format, ...)
     return error;
 }
 
-/* Spreads consecutive slaves' seeds over all bits (splitmix64). */
+/* Consecutive slaves' seeds differ in all bits. */
 static uint64_t slave_seed(uint64_t seed, size_t index)
 {
-    uint64_t z = seed + 0x9e3779b97f4a7c15u * (index + 1);
-
-    z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9u;
-    z = (z ^ z >> 27) * 0x94d049bb133111ebu;
-    return z ^ z >> 31;
+    return spread(seed + SPREAD_STEP * (index + 1));
 }
 
 static int build_segment(struct bus *bus, const struct bus_config *config, char why[BUS_WHY])
@@ -58,6 +56,18 @@ static int build_segment(struct bus *bus, const struct bus_config *config, char 
     segment_init(&bus->segment, bus->slaves, config->device_count);
     bus->wire = (struct wire){ .segment = &bus->segment, .capture = config->capture };
     return 0;
+}
+
+static int open_faults(struct bus *bus, const struct bus_config *config, char why[BUS_WHY])
+{
+    const char *text = config->faults ? config->faults : "";
+    int error = faults_open(&bus->faults, text, strlen(text),
+                            config->faults_name ? config->faults_name : "faults", &bus->segment,
+                            config->seed, why);
+
+    if (!error && config->faults)
+        bus->wire.faults = bus->faults;
+    return error;
 }
 
 static void wire_context(struct bus *bus)
@@ -133,11 +143,20 @@ static int reach(struct bus *bus, unsigned state, char why[BUS_WHY])
     return fail(why, -EIO, "%s not reached", state_name(state));
 }
 
-static int scan(struct bus *bus, size_t expected, char why[BUS_WHY])
+static int init_port(struct bus *bus, bool redundant)
+{
+    static char second[] = "far end";
+
+    if (!redundant)
+        return ecx_init(&bus->context, "near end");
+    return ecx_init_redundant(&bus->context, &bus->second_port, "near end", second);
+}
+
+static int scan(struct bus *bus, size_t expected, bool redundant, char why[BUS_WHY])
 {
     int found;
 
-    if (ecx_init(&bus->context, "segment") <= 0)
+    if (init_port(bus, redundant) <= 0)
         return fail(why, -EIO, "SOEM does not take the port");
     found = ecx_config_init(&bus->context, FALSE);
     if (found < 0 || (size_t)found != expected)
@@ -154,17 +173,49 @@ static int scan(struct bus *bus, size_t expected, char why[BUS_WHY])
     return reach(bus, AL_PREOP, why);
 }
 
-/* The mapping is read in PREOP: SOEM's own pass over it keeps only the sums. */
+/* SOEM calls this whenever it takes a slave from PREOP to SAFEOP. */
+static int to_safeop(ecx_contextt *context, uint16 slave)
+{
+    struct bus *bus = (struct bus *)((char *)context - offsetof(struct bus, context));
+    const struct bus_startup *refused;
+    uint32_t abort;
+
+    if (bus->supervise)
+        client_restore_clock(bus, (size_t)slave - 1);
+    return client_startup(bus, (size_t)slave - 1, &refused, &abort) == 0;
+}
+
+/* The mapping is read in PREOP, behind the startup values that may choose it: SOEM's own pass over
+ * it keeps only the sums. */
 static int read_maps(struct bus *bus, char why[BUS_WHY])
 {
     for (size_t i = 0; i < bus->slave_count; i++) {
-        int error = client_map_read(bus, i);
+        const struct bus_startup *s;
+        uint32_t abort;
+        int error = client_startup(bus, i, &s, &abort);
 
+        if (error)
+            return fail(why, error,
+                        "slave %zu (%s): the startup value 0x%04X:%02X = 0x%X is not taken: "
+                        "abort 0x%08X",
+                        i + 1, bus->slave[i].name, s->index, s->subindex, s->value, abort);
+        bus->slavelist[i + 1].PO2SOconfigx = to_safeop;
+        error = client_map_read(bus, i);
         if (error)
             return fail(why, error, "slave %zu (%s): its PDO mapping cannot be read", i + 1,
                         bus->slave[i].name);
     }
     return 0;
+}
+
+/* SYNC0 in the middle of the cycle: behind the frame, before the next. */
+static void start_sync(struct bus *bus)
+{
+    for (size_t i = 0; i < bus->slave_count; i++) {
+        if (bus->slave[i].axes && bus->slavelist[i + 1].hasdc)
+            ecx_dcsync0(&bus->context, (uint16)(i + 1), TRUE, bus->cycle_ns,
+                        (int32)(bus->cycle_ns / 2));
+    }
 }
 
 static int configure(struct bus *bus, char why[BUS_WHY])
@@ -177,11 +228,25 @@ static int configure(struct bus *bus, char why[BUS_WHY])
     if (bytes < 0 || bytes > CLIENT_IMAGE_MAX)
         return fail(why, -EOVERFLOW, "process image of %d bytes is too large", bytes);
     ecx_configdc(&bus->context);
+    if (bus->dc_sync)
+        start_sync(bus);
     for (size_t i = 0; i < bus->slave_count; i++) {
         bus->slave[i].output_bits = bus->slavelist[i + 1].Obits;
         bus->slave[i].input_bits = bus->slavelist[i + 1].Ibits;
     }
     return reach(bus, AL_SAFEOP, why);
+}
+
+static int open_fiber(struct bus *bus, const struct bus_config *config, char why[BUS_WHY])
+{
+    bus->clock.wake_ns = BUS_CLOCK_NEVER;
+    bus->startup = calloc(config->startup_count + 1, sizeof *bus->startup);
+    if (!bus->startup || fiber_open(&bus->clock.fiber, client_jobs, bus))
+        return fail(why, -ENOMEM, "no memory for the bus");
+    if (config->startup_count)
+        memcpy(bus->startup, config->startup, config->startup_count * sizeof *bus->startup);
+    bus->startup_count = config->startup_count;
+    return 0;
 }
 
 int bus_open(struct bus **out, const struct bus_config *config, char why[BUS_WHY])
@@ -199,16 +264,25 @@ int bus_open(struct bus **out, const struct bus_config *config, char why[BUS_WHY
     if (!bus)
         return fail(why, -ENOMEM, "no memory for the bus");
     bus->cycle_ns = config->cycle_ns;
+    bus->dc_sync = config->dc_sync;
     bus->image = bus->image_bytes;
     wire_context(bus);
     previous = bus_clock_enter(&bus->clock);
-    error = build_segment(bus, config, why);
+    error = open_fiber(bus, config, why);
     if (!error)
-        error = scan(bus, config->device_count, why);
+        error = build_segment(bus, config, why);
+    if (!error)
+        error = open_faults(bus, config, why);
+    if (!error)
+        error = scan(bus, config->device_count, config->redundant, why);
     if (!error)
         error = read_maps(bus, why);
     if (!error)
         error = configure(bus, why);
+    /* After the delays have been measured: in a closed ring the last port of every slave hears
+     * nothing, and SOEM would take it for the end of the line. */
+    if (!error && config->redundant)
+        segment_close_ring(&bus->segment, true, bus->clock.now_ns);
     bus_clock_enter(previous);
     if (error)
         bus_close(bus);
@@ -221,8 +295,11 @@ void bus_close(struct bus *bus)
 {
     if (!bus)
         return;
+    faults_close(bus->faults);
     for (size_t i = 0; i < BUS_MAX_SLAVES; i++)
         free(bus->devices[i]);
+    fiber_close(bus->clock.fiber);
+    free(bus->startup);
     free(bus->slaves);
     free(bus);
 }

@@ -4,6 +4,7 @@
 #define HARNESS_BUS_CLIENT_H
 
 #include "bus/bus.h"
+#include "bus/faults.h"
 #include "bus/port/clock.h"
 #include "bus/segment.h"
 #include "bus/slave.h"
@@ -36,17 +37,29 @@ struct client_map {
 struct bus {
     struct bus_clock clock;
     uint32_t cycle_ns;
+    bool dc_sync;
     size_t slave_count;
     struct bus_slave slave[BUS_MAX_SLAVES];
     struct client_map map[BUS_MAX_SLAVES][2]; /* by enum bus_direction */
 
     struct segment segment;
     struct wire wire;
+
+    /* Beside the process data: one thing at a time, on the fiber (client_jobs.c). */
+    struct bus_job *job_first, *job_last;
+    bool poll;                        /* states are to be read */
+    unsigned silent;                  /* polls in a row that no frame answered */
+    uint64_t care_ns[BUS_MAX_SLAVES]; /* not before: next try to bring a slave back */
+    bool supervise;
+    struct bus_startup *startup;
+    size_t startup_count;
+    struct faults *faults; /* at the wire from the first fault on */
     struct slave *slaves;
     void *devices[BUS_MAX_SLAVES];
 
     ecx_contextt context;
     ecx_portt port;
+    ecx_redportt second_port;
     ec_slavet slavelist[BUS_MAX_SLAVES + 1];
     int slavecount;
     ec_groupt grouplist[EC_MAXGROUP];
@@ -68,6 +81,20 @@ struct bus {
     uint8_t *image; /* = image_bytes: writable for those who hold a const bus, too */
     uint8_t image_bytes[CLIENT_IMAGE_MAX];
 };
+
+/* client_jobs.c: the fiber's life, and what is due on it up to now. */
+void client_jobs(void *bus);
+void client_run_jobs(struct bus *bus, uint64_t now_ns);
+/* One SDO, blocking, where the caller stands. */
+int client_sdo(struct bus *bus, struct bus_job *job);
+/* client_watch.c: looks after states. True when it did something. */
+bool client_watch(struct bus *bus);
+/* The way from PREOP to SAFEOP of slave `index` (from 0): its startup values. 0, or negative errno
+ * with the value that was refused. */
+int client_startup(struct bus *bus, size_t index, const struct bus_startup **refused,
+                   uint32_t *abort);
+/* Gives the clock of a slave that was away its offset and delay, and SYNC0, again. */
+int client_restore_clock(struct bus *bus, size_t index);
 
 /* Reads the mapping of slave `index` (from 0) over CoE or from the SII. 0 or negative errno. */
 int client_map_read(struct bus *bus, size_t index);

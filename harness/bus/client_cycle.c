@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
-/* What happens while the bus runs: process data, states, SDOs. Nothing here allocates. */
+/* What happens while the bus runs: process data and the way to OP. Nothing here allocates. */
 #include "bus/client.h"
 
 #include <errno.h>
@@ -24,6 +24,7 @@ void bus_send(struct bus *bus, uint64_t now_ns)
 {
     struct bus_clock *previous = bus_clock_enter(&bus->clock);
 
+    client_run_jobs(bus, now_ns);
     bus_clock_reach(&bus->clock, now_ns);
     /* SOEM adds the working counters of everything sent since the last receive. */
     if (bus->idxstack.pushed)
@@ -39,6 +40,7 @@ int bus_receive(struct bus *bus, uint64_t now_ns)
     size_t inputs = bus->grouplist[0].Obytes;
     int wkc;
 
+    client_run_jobs(bus, now_ns);
     bus_clock_reach(&bus->clock, now_ns);
     wkc = ecx_receive_processdata(&bus->context, (int)(bus->cycle_ns / 1000));
     bus_clock_enter(previous);
@@ -60,6 +62,23 @@ int bus_set_input(struct bus *bus, size_t slave, unsigned channel, int64_t value
     if (slave >= bus->slave_count || !s->type->set_input)
         return -EINVAL;
     return s->type->set_input(s->device, channel, value);
+}
+
+void bus_faults_begin(struct bus *bus, uint64_t now_ns)
+{
+    faults_begin(bus->faults, now_ns);
+}
+
+int bus_fault(struct bus *bus, const char *text, uint64_t now_ns, char why[BUS_WHY])
+{
+    bus_clock_reach(&bus->clock, now_ns);
+    bus->wire.faults = bus->faults;
+    return faults_command(bus->faults, text, bus->clock.now_ns, why);
+}
+
+bool bus_fault_log(const struct bus *bus, uint64_t number, struct bus_fault_event *event)
+{
+    return faults_event(bus->faults, number, event);
 }
 
 static void write_state(struct bus *bus, size_t slave, unsigned state)
@@ -84,86 +103,4 @@ void bus_request_op(struct bus *bus)
             write_state(bus, i + 1, AL_OP | (bus->slave[i].al_state & AL_ERROR));
     }
     bus_clock_enter(previous);
-}
-
-void bus_poll_state(struct bus *bus, size_t slave)
-{
-    struct bus_clock *previous;
-    ec_alstatust status = { 0, 0, 0 };
-
-    if (slave >= bus->slave_count)
-        return;
-    previous = bus_clock_enter(&bus->clock);
-    /* A slave that does not answer has no state: both stay 0. */
-    ecx_FPRD(&bus->port, bus->slavelist[slave + 1].configadr, ECT_REG_ALSTAT, sizeof status,
-             &status, EC_TIMEOUTRET);
-    bus->slave[slave].al_state = etohs(status.alstatus);
-    bus->slave[slave].al_code = etohs(status.alstatuscode);
-    bus_clock_enter(previous);
-}
-
-static bool has_coe(const struct bus *bus, size_t slave)
-{
-    return slave < bus->slave_count && (bus->slavelist[slave + 1].mbx_proto & ECT_MBXPROT_COE);
-}
-
-/* SOEM tells the reason of a failed SDO only through its error list. */
-static int sdo_result(struct bus *bus, int wkc, uint32_t *abort)
-{
-    ec_errort error;
-    int result = wkc > 0 ? 0 : -ETIMEDOUT;
-
-    while (ecx_poperror(&bus->context, &error)) {
-        if (wkc > 0)
-            continue;
-        if (error.Etype == EC_ERR_TYPE_SDO_ERROR) {
-            result = -EPROTO;
-            if (abort)
-                *abort = (uint32_t)error.AbortCode;
-        } else if (error.Etype == EC_ERR_TYPE_PACKET_ERROR) {
-            result = error.ErrorCode == 3 ? -ENOSPC : -EBADMSG;
-        } else if (error.Etype == EC_ERR_TYPE_MBX_ERROR) {
-            result = -EBADMSG;
-        }
-    }
-    return result;
-}
-
-int bus_sdo_read(struct bus *bus, size_t slave, uint16_t index, uint8_t subindex, void *data,
-                 size_t *size, uint32_t *abort)
-{
-    struct bus_clock *previous;
-    int room = *size > INT32_MAX ? INT32_MAX : (int)*size;
-    int result;
-
-    if (abort)
-        *abort = 0;
-    if (!has_coe(bus, slave))
-        return slave < bus->slave_count ? -EOPNOTSUPP : -EINVAL;
-    previous = bus_clock_enter(&bus->clock);
-    result = ecx_SDOread(&bus->context, (uint16)(slave + 1), index, subindex, FALSE, &room, data,
-                         EC_TIMEOUTRXM);
-    result = sdo_result(bus, result, abort);
-    bus_clock_enter(previous);
-    if (!result)
-        *size = (size_t)room;
-    return result;
-}
-
-int bus_sdo_write(struct bus *bus, size_t slave, uint16_t index, uint8_t subindex, const void *data,
-                  size_t size, uint32_t *abort)
-{
-    struct bus_clock *previous;
-    int result;
-
-    if (abort)
-        *abort = 0;
-    if (!has_coe(bus, slave) || size > INT32_MAX)
-        return slave < bus->slave_count ? -EOPNOTSUPP : -EINVAL;
-    previous = bus_clock_enter(&bus->clock);
-    result = ecx_SDOwrite(&bus->context, (uint16)(slave + 1), index, subindex, FALSE, (int)size,
-                          data, EC_TIMEOUTRXM);
-    result = sdo_result(bus, result, abort);
-    bus_clock_enter(previous);
-    return result;
 }

@@ -280,11 +280,26 @@ static void download_segment(struct slave *slave, uint8_t command, const uint8_t
         finish_download(slave, answer);
 }
 
+static uint32_t fault_abort(const struct slave *slave)
+{
+    const struct coe *coe = &slave->mailbox.coe;
+
+    for (unsigned i = 0; i < slave->faults.abort_count; i++) {
+        const struct slave_abort *a = &slave->faults.aborts[i];
+
+        if ((!a->index || a->index == coe->index) &&
+            (a->subindex < 0 || a->subindex == coe->subindex))
+            return a->code;
+    }
+    return SDO_OK;
+}
+
 static enum mailbox_error sdo_request(struct slave *slave, const uint8_t *sdo, size_t length)
 {
     struct coe *coe = &slave->mailbox.coe;
     uint8_t command = sdo[0];
     unsigned specifier = command >> 5;
+    uint32_t refused;
 
     if (length < SDO_HEADER)
         return MAILBOX_TOO_SHORT;
@@ -301,7 +316,10 @@ static enum mailbox_error sdo_request(struct slave *slave, const uint8_t *sdo, s
     coe->complete = command & COMPLETE;
     coe->index = get_u16(sdo + 1);
     coe->subindex = sdo[3];
-    if (specifier == CCS_UPLOAD)
+    refused = specifier == CCS_ABORT ? SDO_OK : fault_abort(slave);
+    if (refused)
+        abort_transfer(slave, refused);
+    else if (specifier == CCS_UPLOAD)
         upload(slave);
     else if (specifier == CCS_DOWNLOAD)
         download(slave, command, sdo + 4, length - 4);

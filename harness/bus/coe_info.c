@@ -46,6 +46,15 @@ static void answer_error(struct slave *slave, uint32_t code)
     m->length = HEADER + 4;
 }
 
+/* An answer with `size` bytes behind the header; mailboxes of the smallest size hold none. */
+static struct mailbox_message *answer_sized(struct slave *slave, uint8_t opcode, unsigned size)
+{
+    if (HEADER + size <= mailbox_room(slave))
+        return answer(slave, opcode, 0);
+    answer_error(slave, SDO_MAILBOX_LENGTH);
+    return NULL;
+}
+
 static bool listed(const struct od_object *object, unsigned list)
 {
     uint16_t wanted = list == LIST_RX ? OD_RX_MAP : list == LIST_TX ? OD_TX_MAP : 0;
@@ -70,7 +79,7 @@ static unsigned count_from(const struct od *od, size_t first, unsigned list)
 
 static void list_lengths(struct slave *slave)
 {
-    struct mailbox_message *m = answer(slave, LIST_RESPONSE, 0);
+    struct mailbox_message *m = answer_sized(slave, LIST_RESPONSE, 2 + 2 * LIST_LAST);
 
     if (!m)
         return;
@@ -149,7 +158,7 @@ static void describe_object(struct slave *slave, uint16_t index)
         answer_error(slave, SDO_NO_OBJECT);
         return;
     }
-    m = answer(slave, OBJECT_RESPONSE, 0);
+    m = answer_sized(slave, OBJECT_RESPONSE, 6);
     if (!m)
         return;
     put_u16(m->body + HEADER, index);
@@ -171,7 +180,7 @@ static void describe_entry(struct slave *slave, uint16_t index, uint8_t subindex
         answer_error(slave, object ? SDO_NO_SUBINDEX : SDO_NO_OBJECT);
         return;
     }
-    m = answer(slave, ENTRY_RESPONSE, 0);
+    m = answer_sized(slave, ENTRY_RESPONSE, 10);
     if (!m)
         return;
     bits = e->type == OD_STRING ? (unsigned)strlen(e->text) * 8 : od_type_bits(e->type);

@@ -4,6 +4,8 @@
 #include "bus/drive.h"
 #include "bus/identity.h"
 
+#include <errno.h>
+
 static void init(void *device, const struct device_setup *setup)
 {
     struct drive_device *drive = device;
@@ -11,6 +13,14 @@ static void init(void *device, const struct device_setup *setup)
     drive_od_defaults(drive);
     drive->serial = setup->serial;
     drive_init(&drive->axis, setup->seed);
+}
+
+static void power_on(void *device, uint64_t now_ns)
+{
+    struct drive_device *drive = device;
+
+    drive_od_defaults(drive);
+    drive_power_on(&drive->axis, now_ns);
 }
 
 /* CiA 301: bit 0 any error, 4 communication, 5 device profile. */
@@ -65,6 +75,18 @@ static void inputs(void *device, uint8_t *data, size_t length)
     pdo_objects_to_inputs(&drive_od, device, data);
 }
 
+static int fault(void *device, unsigned axis, uint16_t code, uint64_t now_ns)
+{
+    struct drive_device *drive = device;
+
+    (void)now_ns;
+    if (axis)
+        return -EINVAL;
+    drive_fault(&drive->axis, code);
+    drive->axis.stale = true;
+    return 0;
+}
+
 /* A controlword or mode by SDO works like one by PDO; in OP the next process data overrules it. */
 void drive_written(void *device, uint16_t index, uint8_t subindex)
 {
@@ -109,8 +131,10 @@ const struct device_type dev_drive_cia402 = {
     .dc = true,
     .od = &drive_od,
     .init = init,
+    .power_on = power_on,
     .state = state,
     .step = step,
     .outputs = outputs,
     .inputs = inputs,
+    .fault = fault,
 };

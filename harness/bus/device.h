@@ -15,14 +15,22 @@
 #include "bus/od.h"
 #include "bus/sii.h"
 
-/* What a device instance is born with. */
+/* Where a device sends its CoE emergencies: error code, error register, five bytes of its own.
+ * `send` may be NULL. */
+struct device_emergency {
+    void (*send)(void *to, uint16_t code, uint8_t error_register, const uint8_t own[5]);
+    void *to;
+};
+
 struct device_type;
 
+/* What a device instance is born with. */
 struct device_setup {
     const struct device_type *type;
     struct bus_identity identity; /* as it stands in the SII */
     uint64_t seed;                /* differs per slave; the only source of variation */
     uint32_t serial;
+    struct device_emergency emergency;
     const struct bus_stimulus *stimuli;
     size_t stimulus_count;
 };
@@ -31,7 +39,8 @@ struct device_type {
     const char *name;        /* as in bus_device.type */
     const char *description; /* one line for people */
     const struct sii_info *sii;
-    size_t size; /* of an instance; zeroed memory is given to init */
+    size_t size;       /* of an instance; zeroed memory is given to init */
+    const void *model; /* what the callbacks of several types share them by; NULL: nothing */
 
     /* Device emulation: the controller copies AL control to AL status and nobody checks anything,
      * as in terminals without a processor. */
@@ -43,6 +52,11 @@ struct device_type {
     const struct od *od;
 
     void (*init)(void *device, const struct device_setup *setup);
+    /* Switched on again, off, or reset by the master: the dictionary has its initial values, the
+     * rest is to become as after init(), except for what the machine behind it did. NULL: nothing
+     * to do.
+     */
+    void (*power_on)(void *device, uint64_t now_ns);
     /* The AL state has become `state` (AL_* of registers.h). */
     void (*state)(void *device, unsigned state, uint64_t now_ns);
     /* Lets time pass up to now_ns. Results must not depend on how the time is cut into calls. */
@@ -51,6 +65,8 @@ struct device_type {
     void (*outputs)(void *device, const uint8_t *data, size_t length, uint64_t now_ns);
     /* Fills the input image; called after step(). */
     void (*inputs)(void *device, uint8_t *data, size_t length);
+    /* A pulse of SYNC0 or SYNC1 (signal 0, 1) at now_ns. NULL: nobody waits for them. */
+    void (*sync)(void *device, unsigned signal, uint64_t now_ns);
     /* The process data watchdog expired in OP. */
     void (*watchdog)(void *device, uint64_t now_ns);
     /* Level of the digital output pins for register 0x0F10; NULL when the device has none. */
@@ -59,6 +75,10 @@ struct device_type {
      * NULL: no inputs. */
     int (*set_input)(void *device, unsigned channel, int64_t value);
     unsigned input_count; /* channels of set_input */
+    /* What input `channel` shows. 0 or -EINVAL; NULL: it cannot be told. */
+    int (*get_input)(const void *device, unsigned channel, int64_t *value);
+    /* The outside world lets go of input `channel` again: its stimuli count. NULL: it cannot. */
+    void (*free_input)(void *device, unsigned channel);
     /* Something in the device breaks: axis `axis` (from 0) goes into fault reaction with the CiA
      * 402 error code. 0 or -EINVAL; NULL: cannot. */
     int (*fault)(void *device, unsigned axis, uint16_t code, uint64_t now_ns);

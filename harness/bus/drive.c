@@ -249,6 +249,19 @@ void drive_step(struct drive *drive, uint64_t now_ns)
         step_once(drive);
 }
 
+void drive_power_on(struct drive *drive, uint64_t now_ns)
+{
+    cia402_init(&drive->machine);
+    drive->al_state = AL_INIT;
+    drive_step(drive, now_ns);
+    drive->o.mode_display = drive->o.mode;
+    drive->homing = HOMING_IDLE;
+    drive->moving = drive->acknowledged = drive->buffered = false;
+    drive->arrived_ns = drive->interval_ns = 0;
+    drive_demand_actual(drive);
+    drive->stale = true;
+}
+
 void drive_init(struct drive *drive, uint64_t seed)
 {
     axis_init(&drive->axis, seed);

@@ -98,6 +98,8 @@ struct drive {
 };
 
 void drive_init(struct drive *drive, uint64_t seed);
+/* The axis has coasted while there was no power. */
+void drive_power_on(struct drive *drive, uint64_t now_ns);
 void drive_al_state(struct drive *drive, unsigned state);
 void drive_fault(struct drive *drive, uint16_t code);
 /* The objects of the process image (or the controlword by SDO) have new values. */
@@ -144,6 +146,10 @@ void drive_written(void *device, uint16_t index, uint8_t subindex);
 
 /* The whole device: one axis and its communication objects. */
 #define DRIVE_NAME "Simulated servo drive CiA 402"
+/* Longer than a mailbox: masters must read it in segments. */
+#define DRIVE_HARDWARE                                                                             \
+    "simulation: an inertia of one revolution per revolution between two hard stops, with "        \
+    "friction, a home switch, and 2^20 increments; no mains, no motor, no heat"
 
 enum {
     DRIVE_RX_MAPS = 4,

@@ -86,7 +86,7 @@ static const struct od_object objects[] = {
     OBJECT(0x1000, OD_U32, OD_RO, OD_CONST, 0x00020192, "device type"),
     OBJECT(0x1001, OD_U8, OD_RO, AT(error_register), 0, "error register"),
     TEXT(0x1008, DRIVE_NAME, "device name"),
-    TEXT(0x1009, "simulation", "hardware version"),
+    TEXT(0x1009, DRIVE_HARDWARE, "hardware version"),
     TEXT(0x100a, "1", "software version"),
     { 0x1018, OD_RECORD, OD_IDENTITY, ROWS(identity_rows), "identity" },
     MAP(0x1600, rx[0]),

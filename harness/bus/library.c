@@ -195,7 +195,7 @@ int library_get(const struct bus_library *library, size_t index, struct library_
                                 .mailbox = type->sii->mailbox.out_size,
                                 .objects = type->od ? (unsigned)type->od->count : 0 };
     if (terminal_is(type))
-        entry->outputs = ((const struct terminal_type *)(const void *)type)->output_count;
+        entry->outputs = ((const struct terminal_type *)type->model)->output_count;
     return 1;
 }
 

@@ -11,9 +11,11 @@
 #include <stdint.h>
 
 #define MAILBOX_MAX    1024 /* largest mailbox of any device here, bytes */
+#define MAILBOX_MIN    16   /* one expedited SDO */
 #define MAILBOX_QUEUE  4
 #define MAILBOX_HEADER 6
-#define COE_TRANSFER   512 /* largest object in one (segmented or complete) transfer, bytes */
+#define COE_TRANSFER   2048 /* largest object in one (segmented or complete) transfer, bytes */
+#define EMERGENCIES    4    /* waiting; of more the later ones are lost */
 
 enum { MAILBOX_ERROR = 0, MAILBOX_COE = 3 };
 
@@ -50,9 +52,16 @@ struct coe {
     uint16_t list_type;
 };
 
+struct emergency {
+    uint16_t code;
+    uint8_t error_register;
+    uint8_t data[5];
+};
+
 struct mailbox {
     bool active;  /* PREOP or higher */
     bool request; /* a request waits in SM0 until due_ns */
+    bool stalled; /* or until there is room for its answer */
     uint64_t due_ns;
     uint8_t last_counter; /* of the last request, 0 none */
     uint8_t counter;      /* of our own messages, 1..7 */
@@ -63,6 +72,8 @@ struct mailbox {
     bool kept_valid, repeating, parked;
     uint16_t sent_length, kept_length;
     uint8_t sent[MAILBOX_MAX], kept[MAILBOX_MAX];
+    struct emergency emergency[EMERGENCIES];
+    uint8_t emergencies;
     struct coe coe;
 };
 
@@ -78,6 +89,12 @@ void mailbox_fetched(struct slave *slave);
 void mailbox_repeat(struct slave *slave);
 /* due_ns has come: handles the request. */
 void mailbox_run(struct slave *slave);
+
+/* The device tells the master, unasked, that an error has come (CoE emergency; code 0: has gone).
+ * `data` (may be NULL) is the device's own. Sent from PREOP on, and never between a request and its
+ * answer, where masters would take it for the answer. No allocation. */
+void mailbox_emergency(struct slave *slave, uint16_t code, uint8_t error_register,
+                       const uint8_t data[5]);
 
 /* A free slot of the queue to fill, NULL when full; it is sent by mailbox_flush(). */
 struct mailbox_message *mailbox_new(struct slave *slave, uint8_t type);

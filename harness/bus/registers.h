@@ -18,8 +18,13 @@ enum {
     REG_FEATURES = 0x0008,
     REG_STATION_ADDRESS = 0x0010,
     REG_STATION_ALIAS = 0x0012,
+    REG_WRITE_ENABLE = 0x0020,
+    REG_WRITE_PROTECTION = 0x0021,
+    REG_ESC_WRITE_ENABLE = 0x0030,
+    REG_ESC_WRITE_PROTECTION = 0x0031,
     REG_ECAT_RESET = 0x0040,
     REG_DL_CONTROL = 0x0100,
+    REG_PHYSICAL_OFFSET = 0x0108,
     REG_DL_STATUS = 0x0110,
     REG_AL_CONTROL = 0x0120,
     REG_AL_STATUS = 0x0130,
@@ -32,6 +37,7 @@ enum {
     REG_ECAT_EVENT = 0x0210,
     REG_AL_EVENT = 0x0220,
     REG_RX_ERRORS = 0x0300,
+    REG_FORWARDED_ERRORS = 0x0308,
     REG_PU_ERRORS = 0x030c,
     REG_PDI_ERRORS = 0x030d,
     REG_LOST_LINK = 0x0310,
@@ -59,7 +65,10 @@ enum {
     REG_DC_CUC = 0x0980,
     REG_DC_ACTIVATION = 0x0981,
     REG_DC_PULSE = 0x0982,
+    REG_DC_ACTIVATION_STATUS = 0x0984,
+    REG_DC_SYNC_STATUS = 0x098e,
     REG_DC_START = 0x0990,
+    REG_DC_NEXT1 = 0x0998,
     REG_DC_CYCLE0 = 0x09a0,
     REG_DC_CYCLE1 = 0x09a4,
     REG_DIGITAL_OUT = 0x0f00,
@@ -70,6 +79,7 @@ enum {
 enum {
     FEATURE_DC = 1 << 2,
     FEATURE_DC_64 = 1 << 3,
+    FEATURE_DC_SYNC = 1 << 8, /* 0x0981 bits 3 to 7 */
 
     DL_CONTROL_FORWARDING = 1 << 0, /* in byte 0: destroy non-EtherCAT frames, mark source */
     DL_CONTROL_ALIAS = 1 << 0,      /* in byte 3: station alias usable in FP* */
@@ -82,13 +92,17 @@ enum {
     AL_SAFEOP = 4,
     AL_OP = 8,
     AL_STATE = 0x0f,
-    AL_ERROR = 0x10, /* in AL status; acknowledge in AL control */
-    AL_DEVICE_ID = 0x20,
+    AL_ERROR = 0x10,     /* in AL status; acknowledge in AL control */
+    AL_DEVICE_ID = 0x20, /* asked for in AL control, answered in AL status */
 
     EVENT_DC_LATCH = 1 << 0,
     EVENT_DL_STATUS = 1 << 2,
     EVENT_AL_STATUS = 1 << 3,
-    EVENT_SM0 = 1 << 4,
+    EVENT_SM0 = 1 << 4, /* and the following: in the ECAT event request */
+
+    AL_EVENT_CONTROL = 1 << 0,
+    AL_EVENT_SYNC0 = 1 << 2,
+    AL_EVENT_SM0 = 1 << 8,
 
     SM_LENGTH = 2,
     SM_CONTROL = 4,
@@ -100,11 +114,15 @@ enum {
     SM_CONTROL_MODE = 0x03,
     SM_CONTROL_MAILBOX = 0x02,
     SM_CONTROL_WRITE = 0x04, /* the master writes */
+    SM_CONTROL_ECAT_IRQ = 0x10,
+    SM_CONTROL_AL_IRQ = 0x20,
     SM_CONTROL_WATCHDOG = 0x40,
     SM_STATUS_WRITTEN = 0x01, /* interrupt on write */
     SM_STATUS_READ = 0x02,    /* interrupt on read */
     SM_STATUS_FULL = 0x08,
     SM_STATUS_BUFFER = 0x30,
+    SM_STATUS_READING = 0x40, /* the master is in the middle of a buffer */
+    SM_STATUS_WRITING = 0x80,
     SM_ACTIVATE_ENABLE = 0x01,
     SM_ACTIVATE_REPEAT = 0x02,
     SM_PDI_DEACTIVATE = 0x01,

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 #include "bus/segment.h"
 #include "bus/bytes.h"
-#include "bus/slave.h"
+#include "bus/slave_parts.h"
+#include "bus/topology.h"
 
 #include <string.h>
 
@@ -18,6 +19,7 @@ enum {
     DG_HEADER = 10,
     DG_WKC = 2,
     DG_LENGTH = 0x07ff,
+    DG_CIRCULATING = 0x4000,
     DG_MORE = 0x8000,
     BYTE_NS = 80,
 };
@@ -113,6 +115,14 @@ static unsigned access_own(struct slave *s, enum command command, uint16_t ado, 
     }
 }
 
+static unsigned access_logical(struct slave *s, enum command command, uint32_t address,
+                               const struct datagram *d)
+{
+    unsigned done = slave_logical(s, address, d->data, d->length, command != LWR, command != LRD);
+
+    return command == LRW ? steps(done) : done != 0;
+}
+
 static unsigned process(struct slave *s, const struct datagram *d)
 {
     uint8_t *h = d->header;
@@ -143,11 +153,9 @@ static unsigned process(struct slave *s, const struct datagram *d)
         return slave_is_addressed(s, adp) ? slave_read(s, ado, d->data, d->length)
                                           : slave_write(s, ado, d->data, d->length);
     case LRD:
-        return slave_logical(s, get_u32(h + 2), d->data, d->length, true, false) ? 1 : 0;
     case LWR:
-        return slave_logical(s, get_u32(h + 2), d->data, d->length, false, true) ? 1 : 0;
     case LRW:
-        return steps(slave_logical(s, get_u32(h + 2), d->data, d->length, true, true));
+        return s->mute ? 0 : access_logical(s, (enum command)h[0], get_u32(h + 2), d);
     default:
         return 0;
     }
@@ -173,109 +181,107 @@ static void pass_slave(struct slave *s, uint8_t *at, const uint8_t *end)
     slave_settle(s);
 }
 
-static void count_error(struct slave *s)
+/* Turning round at a dead port 0 marks a frame; one that is marked already went round once and
+ * would do so for ever. True: it goes on. */
+static bool mark_circulating(uint8_t *at, const uint8_t *end)
 {
-    if (s->memory[REG_PU_ERRORS] < 0xff)
-        s->memory[REG_PU_ERRORS]++;
+    struct datagram d;
+
+    do {
+        unsigned word;
+
+        if (!datagram_at(at, end, &d))
+            return false;
+        word = get_u16(d.header + 6);
+        if (word & DG_CIRCULATING)
+            return false;
+        put_u16(d.header + 6, word | DG_CIRCULATING);
+        at = d.wkc + DG_WKC;
+    } while (d.more);
+    return true;
 }
 
-/* Slaves in front of the first break. */
-static size_t reachable(const struct segment *segment)
-{
-    size_t n = 0;
+/* What travels: at NULL, something that is not EtherCAT; end NULL, EtherCAT without datagrams. */
+struct cargo {
+    uint8_t *frame, *at;
+    const uint8_t *end;
+};
 
-    while (n < segment->count && !segment->cut[n] && segment->slaves[n].powered)
-        n++;
-    return n;
-}
-
-static bool pass_all(struct segment *segment, uint8_t *frame, uint8_t *at, const uint8_t *end,
-                     uint64_t now_ns)
+/* By `count` slaves of the route. False: one of them destroyed it. */
+static bool pass_route(struct segment *segment, const struct route *route, size_t count,
+                       const struct cargo *cargo, uint64_t now_ns)
 {
-    for (size_t i = 0; i < reachable(segment); i++) {
+    bool rerouted = false;
+
+    if (count && route->turned && cargo->end && !mark_circulating(cargo->at, cargo->end))
+        return false;
+    for (size_t i = route->first; i < route->first + count; i++) {
         struct slave *s = &segment->slaves[i];
         bool forwarding = s->memory[REG_DL_CONTROL] & DL_CONTROL_FORWARDING;
 
         slave_advance(s, now_ns + s->delay_ns);
-        if (!at) {
+        if (!cargo->at) {
             /* Not for processing units: a slave told so destroys it, others let it through. */
             if (forwarding)
                 return false;
             continue;
         }
         if (forwarding)
-            frame[SOURCE_MAC] |= LOCAL_BIT;
-        if (end)
-            pass_slave(s, at, end);
+            cargo->frame[SOURCE_MAC] |= LOCAL_BIT;
+        if (cargo->end)
+            pass_slave(s, cargo->at, cargo->end);
+        rerouted |= s->rerouted;
     }
+    if (rerouted)
+        segment->routes_until_ns = 0;
     return true;
+}
+
+/* False: not a frame that a processing unit takes; it is destroyed at the first one. */
+static bool inspect(uint8_t *frame, size_t length, struct cargo *cargo)
+{
+    uint16_t header = get_u16(frame + ETHER_HEADER);
+    size_t claimed = header & ECAT_LENGTH;
+
+    *cargo = (struct cargo){ frame, NULL, NULL };
+    if (get_u16(frame + ETHER_TYPE) != ETHER_ECAT)
+        return true;
+    cargo->at = frame + ETHER_HEADER + ECAT_HEADER;
+    if (header >> 12 != ECAT_DATAGRAMS)
+        return true;
+    if (claimed > length - ETHER_HEADER - ECAT_HEADER)
+        return false;
+    cargo->end = cargo->at + claimed;
+    return well_formed(cargo->at, cargo->end);
 }
 
 bool segment_transfer(struct segment *segment, enum segment_port *port, uint8_t *frame,
                       size_t length, uint64_t now_ns, uint64_t *back_ns)
 {
-    size_t reached = reachable(segment);
-    const struct slave *last = reached ? &segment->slaves[reached - 1] : NULL;
-    uint8_t *datagrams = frame + ETHER_HEADER + ECAT_HEADER;
-    uint16_t header;
-    size_t claimed;
+    const struct route *route = &segment->route[*port];
+    struct cargo cargo;
+    bool damaged = false;
+    size_t count;
 
-    if (length < SEGMENT_FRAME_MIN || length > SEGMENT_FRAME_MAX || !last ||
-        *port != SEGMENT_PORT_A)
+    if (length < SEGMENT_FRAME_MIN || length > SEGMENT_FRAME_MAX)
         return false;
+    if (now_ns >= segment->routes_until_ns)
+        topology_update(segment, now_ns);
+    count = route->end - route->first;
     if (back_ns)
-        *back_ns = now_ns + (length + ETHER_OVERHEAD) * BYTE_NS + 2u * last->delay_ns;
-    if (get_u16(frame + ETHER_TYPE) != ETHER_ECAT)
-        return pass_all(segment, frame, NULL, NULL, now_ns);
-    header = get_u16(frame + ETHER_HEADER);
-    if (header >> 12 != ECAT_DATAGRAMS)
-        return pass_all(segment, frame, frame, NULL, now_ns);
-    claimed = header & ECAT_LENGTH;
-    if (claimed > length - ETHER_HEADER - ECAT_HEADER ||
-        !well_formed(datagrams, datagrams + claimed)) {
-        count_error(&segment->slaves[0]);
+        *back_ns = now_ns + (length + ETHER_OVERHEAD) * BYTE_NS + route->trip_ns;
+    if (segment->damage != SEGMENT_NO_CABLE)
+        count = topology_damage(segment, *port, &damaged);
+    if (!inspect(frame, length, &cargo) && route->end != route->first) {
+        if (count)
+            registers_count(&segment->slaves[route->first], REG_PU_ERRORS);
         return false;
     }
-    return pass_all(segment, frame, datagrams, datagrams + claimed, now_ns);
-}
-
-void segment_close_ring(struct segment *segment, bool ring, uint64_t now_ns)
-{
-    (void)now_ns;
-    segment->ring = ring;
-}
-
-void segment_cable(struct segment *segment, size_t behind, bool plugged, uint64_t now_ns)
-{
-    (void)now_ns;
-    if (behind <= segment->count)
-        segment->cut[behind] = !plugged;
-}
-
-void segment_power(struct segment *segment, size_t slave, bool on, uint64_t now_ns)
-{
-    struct slave *s = &segment->slaves[slave];
-
-    if (slave >= segment->count || s->powered == on)
-        return;
-    s->powered = on;
-    if (on)
-        slave_power_on(s, now_ns);
-}
-
-void segment_init(struct segment *segment, struct slave *slaves, size_t count)
-{
-    memset(segment, 0, sizeof *segment);
-    segment->slaves = slaves;
-    segment->count = count;
-    for (size_t i = 0; i < count; i++) {
-        bool last = i + 1 == count;
-
-        slaves[i].delay_ns = (uint32_t)((i + 1) * SEGMENT_HOP_NS);
-        slaves[i].return_ns = (uint32_t)(2 * (count - 1 - i) * SEGMENT_HOP_NS);
-        /* Port 0 always linked and communicating, port 1 unless last, ports 2 and 3 closed. */
-        put_u16(slaves[i].memory + REG_DL_STATUS,
-                (last ? 0x5610u : 0x5a30u) | DL_STATUS_WD_PDI |
-                    (slaves[i].memory[REG_DL_STATUS] & DL_STATUS_PDI));
-    }
+    if (!pass_route(segment, route, count, &cargo, now_ns) || damaged)
+        return false;
+    topology_knock(segment, route);
+    if (!route->returns)
+        return false;
+    *port = route->exit;
+    return true;
 }

@@ -14,7 +14,7 @@ enum {
     ERROR_LOAD = 0x10,
     ERROR_COMMAND = 0x20,
     ERROR_WRITE = 0x40,
-    ERRORS = 0x78,
+    ERRORS = ERROR_CHECKSUM | ERROR_COMMAND | ERROR_WRITE, /* that any command clears */
     BUSY = 0x80,
 
     OWNER_PDI = 0x01,
@@ -115,6 +115,7 @@ static void add_general(struct writer *w, const struct sii_info *info)
     size_t body = begin(w, CAT_GENERAL);
 
     general[5] = info->coe_details;
+    general[11] = info->flags;
     put_u16(general + 12, (uint16_t)info->ebus_current);
     put_u16(general + 16, info->ports);
     add(w, general, sizeof general);
@@ -274,6 +275,10 @@ static void command(struct slave *slave, uint8_t low, uint8_t high)
     uint64_t takes = SLAVE_SII_READ_NS;
 
     status[1] &= (uint8_t) ~(ERRORS | COMMAND);
+    if (slave->faults.eeprom_nack && (high & COMMAND)) {
+        status[1] |= ERROR_COMMAND;
+        return;
+    }
     switch (high & COMMAND) {
     case 0:
         return;
@@ -301,7 +306,9 @@ static void command(struct slave *slave, uint8_t low, uint8_t high)
 
 static void finish(struct slave *slave)
 {
-    if (slave->now_ns >= slave->sii_busy_until)
+    if (slave->faults.eeprom_busy)
+        slave->memory[REG_EEPROM_CONTROL + 1] |= BUSY;
+    else if (slave->now_ns >= slave->sii_busy_until)
         slave->memory[REG_EEPROM_CONTROL + 1] &= (uint8_t) ~(BUSY | COMMAND);
 }
 

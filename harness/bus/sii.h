@@ -47,6 +47,7 @@ struct sii_info {
     struct sii_mailbox mailbox; /* zero: none */
     uint16_t protocols;         /* 0x04 CoE */
     uint8_t coe_details;
+    uint8_t flags;        /* of the general category: 0x08 device id by AL status */
     int16_t ebus_current; /* mA */
     uint16_t ports;       /* nibble per port, lowest first: 1 MII, 3 EBUS */
     struct sii_sm sm[SII_MAX_SM];

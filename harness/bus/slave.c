@@ -25,10 +25,24 @@ static void take_identity(struct sii_info *sii, const struct bus_identity *ident
         sii->revision = identity->revision;
 }
 
+static void send_emergency(void *to, uint16_t code, uint8_t error_register, const uint8_t own[5])
+{
+    mailbox_emergency(to, code, error_register, own);
+}
+
+static bool mailbox_fits(const struct sii_mailbox *m)
+{
+    if (!m->out_size && !m->in_size)
+        return true;
+    return m->out_size >= MAILBOX_MIN && m->out_size <= MAILBOX_MAX && m->in_size >= MAILBOX_MIN &&
+           m->in_size <= MAILBOX_MAX;
+}
+
 int slave_init(struct slave *slave, const struct slave_setup *setup)
 {
     const struct device_type *type = setup->type;
     struct device_setup device = { .type = type,
+                                   .emergency = { send_emergency, slave },
                                    .seed = setup->seed,
                                    .serial = setup->serial,
                                    .stimuli = setup->stimuli,
@@ -46,7 +60,7 @@ int slave_init(struct slave *slave, const struct slave_setup *setup)
     slave->output_sm = sm_of_type(type->sii, SII_SM_OUTPUTS);
     slave->input_sm = sm_of_type(type->sii, SII_SM_INPUTS);
     slave->logical_first = UINT32_MAX;
-    if (type->sii->mailbox.out_size > MAILBOX_MAX || type->sii->mailbox.in_size > MAILBOX_MAX)
+    if (!mailbox_fits(&type->sii->mailbox))
         return -EINVAL;
     if (!sii_build(&sii, setup->serial, setup->alias, slave->image))
         return -EINVAL;
@@ -60,14 +74,36 @@ int slave_init(struct slave *slave, const struct slave_setup *setup)
     return 0;
 }
 
-void slave_power_on(struct slave *slave, uint64_t now_ns)
+/* Everything the controller and its processor know is gone. */
+static void forget(struct slave *slave)
 {
     al_fall(slave, AL_INIT, AL_CODE_NONE);
-    slave->now_ns = now_ns;
+    slave->sii_busy_until = 0;
+    slave->outputs_fresh = false;
     registers_reset(slave);
-    sii_load(slave, true);
     if (slave->type->od)
         od_reset(slave->type->od, slave->device);
+    if (slave->type->power_on)
+        slave->type->power_on(slave->device, slave->now_ns);
+}
+
+void slave_power_on(struct slave *slave, uint64_t now_ns)
+{
+    slave_advance(slave, now_ns);
+    slave->powered = true;
+    forget(slave);
+    sii_load(slave, true);
+    dc_power_on(slave);
+    slave->due_ns = SLAVE_NEVER;
+}
+
+void slave_power_off(struct slave *slave, uint64_t now_ns)
+{
+    slave_advance(slave, now_ns);
+    slave->powered = false;
+    forget(slave);
+    memset(slave->memory + REG_RAM, 0, sizeof slave->memory - REG_RAM);
+    slave->due_ns = SLAVE_NEVER;
 }
 
 static uint64_t earlier(uint64_t a, uint64_t b)
@@ -85,7 +121,7 @@ static void find_due(struct slave *slave)
         due = earlier(due, slave->mailbox.due_ns);
     if (slave->watchdog.running)
         due = earlier(due, slave->watchdog.deadline_ns);
-    slave->due_ns = due;
+    slave->due_ns = earlier(due, slave->sync.due_ns);
 }
 
 /* Time passes for the device first, so that an event finds it as it is at that very moment. */
@@ -102,6 +138,8 @@ static void run_due(struct slave *slave)
     if (slave->mailbox.request && slave->now_ns >= slave->mailbox.due_ns)
         mailbox_run(slave);
     watchdog_run(slave);
+    if (slave->now_ns >= slave->sync.due_ns)
+        sync_run(slave);
     find_due(slave);
 }
 
@@ -130,10 +168,36 @@ void slave_advance(struct slave *slave, uint64_t now_ns)
     publish_inputs(slave);
 }
 
+void slave_disturb(struct slave *slave, const struct slave_faults *faults)
+{
+    dc_rebase(slave);
+    slave->faults = *faults;
+    /* Pulses to come are expected at the new rate. */
+    dc_rebase(slave);
+}
+
+bool slave_drop(struct slave *slave, unsigned state, uint16_t code)
+{
+    if (state > slave->state)
+        return false;
+    al_fall(slave, state, code);
+    return true;
+}
+
+bool slave_expire(struct slave *slave)
+{
+    if (!slave->watchdog.running)
+        return false;
+    slave->watchdog.deadline_ns = slave->now_ns;
+    watchdog_run(slave);
+    return true;
+}
+
 void slave_settle(struct slave *slave)
 {
     unsigned n = (unsigned)slave->output_sm;
 
+    slave->unlocked = 0;
     if (!slave->outputs_fresh)
         return;
     slave->outputs_fresh = false;
@@ -200,6 +264,10 @@ bool slave_write(struct slave *slave, uint16_t address, const uint8_t *data, siz
             sm = syncman_at(slave, at, n, &n);
         if (!sm && at < REG_RAM)
             n = n < REG_RAM - at ? n : REG_RAM - at;
+        if (slave->protected && at >= REG_DIGITAL_OUT && !registers_writable(slave, at)) {
+            at += (uint32_t)n;
+            continue;
+        }
         if (sm) {
             any |= syncman_master_write(slave, sm, at, from, n);
         } else if (at < REG_RAM) {
@@ -223,7 +291,9 @@ unsigned slave_exchange(struct slave *slave, uint16_t address, uint8_t *data, si
     memcpy(old, data, length);
     if (slave_read(slave, address, old, length))
         done |= 1;
-    if (slave_write(slave, address, data, length))
+    /* Reading and writing may be set apart by a fixed distance. */
+    if (slave_write(slave, (uint16_t)(address + get_u16(slave->memory + REG_PHYSICAL_OFFSET)), data,
+                    length))
         done |= 2;
     memcpy(data, old, length);
     return done;

@@ -25,6 +25,7 @@
  * (ethercat.md 3.3, 4, 6.2); these lie inside what was measured there and make masters poll at
  * least once. */
 #define SLAVE_AL_NS           500000
+#define SLAVE_AL_READ_NS      20000
 #define SLAVE_MAILBOX_NS      300000
 #define SLAVE_SII_READ_NS     150000
 #define SLAVE_SII_WRITE_NS    3000000
@@ -50,7 +51,8 @@ struct fmmu {
 };
 
 struct al {
-    bool pending; /* AL control written, application has not looked yet */
+    bool pending;     /* AL control written, application has not acted yet */
+    uint64_t read_ns; /* when it has looked: from then on it takes another request */
     uint16_t request;
     uint64_t due_ns;
     bool wait_outputs; /* on the way to OP until the first outputs come or due_ns passes */
@@ -64,6 +66,7 @@ struct watchdog {
 };
 
 struct dc {
+    int64_t born_local; /* local time at power-on */
     uint64_t anchor_ns; /* virtual time of the anchor */
     int64_t anchor_local;
     int64_t drift_ppb;
@@ -72,17 +75,60 @@ struct dc {
     int64_t mean;
 };
 
+/* What goes wrong in a slave because a script says so (faults.h); all zero: nothing. It outlives a
+ * power cycle. */
+#define SLAVE_ABORTS 8
+
+struct slave_faults {
+    bool mailbox_silent;    /* requests are taken and never looked at */
+    bool mailbox_malformed; /* every bit of a reply's content is inverted */
+    uint8_t abort_count;
+    struct slave_abort {
+        uint32_t code;
+        uint16_t index;     /* 0: every object */
+        int16_t subindex;   /* negative: every one */
+    } aborts[SLAVE_ABORTS]; /* SDO requests that are aborted; the first row that fits */
+    bool eeprom_busy;       /* never gets ready */
+    bool eeprom_nack;       /* acknowledges no command */
+    int64_t drift_ppb;      /* on top of the crystal's own */
+    uint32_t jitter_ns;     /* frames are stamped up to this much too early or too late */
+    uint64_t jitter_seed;
+};
+
+/* A port of the controller. 0: towards the master's port A, 1: away from it. */
+struct port {
+    bool link;   /* a cable with somebody at its other end */
+    bool closed; /* what would leave here turns round */
+    bool hears;  /* frames that this slave processes come in here, sooner or later */
+};
+
+struct dc_sync {
+    bool running;
+    uint64_t start;   /* as written */
+    bool pending[2];  /* first pulse yet to come */
+    uint64_t next[2]; /* system time of the next pulse, SLAVE_NEVER none */
+    uint64_t due_ns;  /* virtual time of the earliest that somebody waits for */
+};
+
 struct slave {
     const struct device_type *type;
     void *device;
     uint64_t now_ns; /* virtual time at this slave */
-    uint64_t due_ns; /* earliest of al, mailbox, watchdog; may be too early, never too late */
+    uint64_t due_ns; /* earliest of al, mailbox, watchdog, sync; may be too early, never too late */
     bool powered;
     uint8_t state; /* AL state without error bit */
     int8_t output_sm, input_sm;
 
-    uint32_t delay_ns;  /* from the master to this slave's processing unit */
-    uint32_t return_ns; /* from there round the rest of the chain back to port 1; 0: last slave */
+    struct port port[2];
+    uint32_t delay_ns; /* from the master to this slave's processing unit */
+    int32_t
+        port1_ns; /* from there until the frame is heard at port 1; negative: it came from there */
+    uint64_t loops_until_ns; /* temporary loop settings hold until then */
+    uint8_t loops_before;
+    bool rerouted;     /* loops have changed; for the segment to see */
+    bool mute;         /* no logical command is processed, as with sync managers deactivated */
+    uint8_t protected; /* bit 0 registers, bit 1 everything */
+    uint8_t unlocked;  /* likewise, for the rest of this frame */
 
     struct syncman sm[SLAVE_SMS];
     uint8_t sm_end; /* one past the last enabled */
@@ -95,8 +141,10 @@ struct slave {
     struct al al;
     struct watchdog watchdog;
     struct dc dc;
+    struct dc_sync sync;
     struct mailbox mailbox;
     uint64_t sii_busy_until;
+    struct slave_faults faults;
 
     uint8_t image[SII_SIZE];
     uint8_t memory[SLAVE_MEMORY];
@@ -114,15 +162,24 @@ struct slave_setup {
 };
 
 /* Power-on at virtual time 0. 0, or -EINVAL when the type's SII does not build or its mailbox is
- * larger than MAILBOX_MAX. */
+ * larger than MAILBOX_MAX or too small for an SDO. */
 int slave_init(struct slave *slave, const struct slave_setup *setup);
 
 /* Switched on again: registers, SII, application and state as after slave_init(); what the machine
- * behind it did (an axis' position) stays. */
+ * behind it did (an axis' position) stays. In a segment use segment_power(): routes may change. */
 void slave_power_on(struct slave *slave, uint64_t now_ns);
+/* Switched off: its machine is left to itself. */
+void slave_power_off(struct slave *slave, uint64_t now_ns);
 
 /* Lets virtual time at this slave pass up to now_ns; earlier times are ignored. */
 void slave_advance(struct slave *slave, uint64_t now_ns);
+/* From now on these faults instead of those before. */
+void slave_disturb(struct slave *slave, const struct slave_faults *faults);
+/* Falls by itself to AL state `state`, with the error bit when there is a code. False: it is lower
+ * already. */
+bool slave_drop(struct slave *slave, unsigned state, uint16_t code);
+/* The process data watchdog expires now. False: it does not run. */
+bool slave_expire(struct slave *slave);
 /* To be called after a frame has passed: the device sees what the frame brought. */
 void slave_settle(struct slave *slave);
 

@@ -14,7 +14,8 @@ static void publish_status(struct slave *slave, const struct syncman *sm, unsign
                            unsigned clear)
 {
     uint8_t *status = sm_registers(slave, sm) + SM_STATUS;
-    unsigned value = *status & ~(unsigned)(SM_STATUS_FULL | SM_STATUS_BUFFER | clear);
+    unsigned value = *status & ~(unsigned)(SM_STATUS_FULL | SM_STATUS_BUFFER | SM_STATUS_READING |
+                                           SM_STATUS_WRITING | clear);
 
     value |= set;
     if (sm->mailbox && sm->full)
@@ -47,6 +48,9 @@ static void decode(struct slave *slave, struct syncman *sm)
     sm->latest = NO_BUFFER;
     sm->master_at = 0;
     sm->device_at = 1;
+    /* What came in before is no longer where it was. */
+    if (sm - slave->sm == slave->output_sm)
+        slave->outputs_fresh = false;
     publish_status(slave, sm, 0, 0xff);
 }
 
@@ -146,6 +150,9 @@ static uint8_t *master_window(struct slave *slave, struct syncman *sm, uint32_t 
         return NULL;
     if (offset + length == sm->length)
         sm->open = false;
+    else
+        sm_registers(slave, sm)[SM_STATUS] |=
+            sm->master_writes ? SM_STATUS_WRITING : SM_STATUS_READING;
     return slave->memory + address + (sm->buffered ? (size_t)sm->master_at * sm->length : 0);
 }
 

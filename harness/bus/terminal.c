@@ -115,13 +115,21 @@ static void terminal_init(void *device, const struct device_setup *setup)
 {
     struct terminal *terminal = device;
 
-    terminal->type = (const struct terminal_type *)(const void *)setup->type;
+    terminal->type = setup->type->model;
     terminal->identity = setup->identity;
     terminal->serial = setup->serial;
     terminal->seed = setup->seed;
     terminal->stimuli = setup->stimuli;
     terminal->stimulus_count = setup->stimulus_count;
     outputs_safe(terminal);
+    resolve(device, PDO_RX);
+    resolve(device, PDO_TX);
+}
+
+static void terminal_power_on(void *device, uint64_t now_ns)
+{
+    (void)now_ns;
+    outputs_safe(device);
     resolve(device, PDO_RX);
     resolve(device, PDO_TX);
 }
@@ -263,9 +271,38 @@ static int terminal_set_input(void *device, unsigned channel, int64_t value)
 
     if (channel >= terminal->type->input_count)
         return -EINVAL;
+    if (terminal->type->inputs[channel].digital && (value < 0 || value > 1))
+        return -EINVAL;
     inputs_of(terminal)[channel].held = true;
-    take(terminal, channel, terminal->type->inputs[channel].digital ? value != 0 : value);
+    take(terminal, channel, value);
     return 0;
+}
+
+static int terminal_get_input(const void *device, unsigned channel, int64_t *value)
+{
+    const struct terminal *terminal = device;
+    const struct terminal_channel *c;
+    const struct terminal_input *input;
+
+    if (channel >= terminal->type->input_count)
+        return -EINVAL;
+    c = &terminal->type->inputs[channel];
+    input = (const struct terminal_input *)(const void *)((const uint8_t *)device +
+                                                          terminal->type->held) +
+            channel;
+    *value = input->value < c->least ? c->least : input->value > c->most ? c->most : input->value;
+    return 0;
+}
+
+static void terminal_free_input(void *device, unsigned channel)
+{
+    struct terminal *terminal = device;
+
+    if (channel >= terminal->type->input_count)
+        return;
+    inputs_of(terminal)[channel].held = false;
+    take(terminal, channel, 0);
+    terminal->next_ns = 0;
 }
 
 static uint32_t check_assignment(struct terminal *terminal,
@@ -325,14 +362,20 @@ void terminal_type_wire(struct terminal_type *type)
     struct device_type *device = &type->type;
 
     device->sii = &type->sii;
+    device->model = type;
     device->init = terminal_init;
+    device->power_on = terminal_power_on;
     device->state = terminal_state;
     device->step = terminal_step;
     device->outputs = terminal_outputs;
     device->inputs = terminal_inputs;
     device->watchdog = terminal_watchdog;
     device->pins = terminal_pins;
-    device->set_input = type->input_count ? terminal_set_input : NULL;
+    if (type->input_count) {
+        device->set_input = terminal_set_input;
+        device->get_input = terminal_get_input;
+        device->free_input = terminal_free_input;
+    }
     device->input_count = type->input_count;
     for (unsigned d = PDO_RX; d <= PDO_TX; d++)
         type->od.pdo[d] = (struct od_pdo){

@@ -2,8 +2,10 @@
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
+#include "cli/capture.h"
 #include "cli/cli.h"
 #include "conformance/check.h"
 
@@ -12,6 +14,35 @@ static int status_of(enum verdict verdict)
     return verdict == VERDICT_PASS   ? EXIT_OK
            : verdict == VERDICT_FAIL ? EXIT_MODULE
                                      : EXIT_INCOMPLETE;
+}
+
+/* --pcap: one file an experiment, one open at a time. */
+struct captures {
+    const char *folder; /* NULL: none */
+    struct capture current;
+    char path[4096], failed[4096]; /* the file of now; the first that could not be written */
+    int error;
+};
+
+static void note_error(struct captures *captures, int error)
+{
+    if (error == 0 || captures->error != 0)
+        return;
+    captures->error = error;
+    memcpy(captures->failed, captures->path, sizeof captures->failed);
+}
+
+static struct pcap *next_capture(void *argument, const char *experiment)
+{
+    struct captures *captures = argument;
+    note_error(captures, capture_close(&captures->current));
+    const int length =
+        snprintf(captures->path, sizeof captures->path, "%s/%s.pcap", captures->folder, experiment);
+    if ((size_t)length >= sizeof captures->path)
+        note_error(captures, -ENAMETOOLONG);
+    else
+        note_error(captures, capture_open(&captures->current, captures->path, 0));
+    return capture_pcap(&captures->current);
 }
 
 static int run(const struct command *command, const struct check_options *options, const char *json,
@@ -25,7 +56,9 @@ static int run(const struct command *command, const struct check_options *option
     int r = json != NULL ? output_open(&output, json) : 0;
     if (r != 0)
         return complain(command, "cannot write '%s': %s", json, strerror(-r));
+    struct captures *captures = options->capture_argument;
     r = check_run(&check, options, why);
+    note_error(captures, capture_close(&captures->current));
     if (r != 0) {
         output_close(&output, false);
         return complain(command, "%s", why);
@@ -43,13 +76,20 @@ static int run(const struct command *command, const struct check_options *option
                 complain(command, "cannot write '%s': %s", json, strerror(r != 0 ? -r : -closed));
     }
     report_text(report, stream, colour);
+    if (captures->error != 0 &&
+        captures->error != -EBADMSG) /* that one is the worker's, and told */
+        status = complain(command, "cannot write '%s': %s", captures->failed,
+                          strerror(-captures->error));
     check_free(check);
     return status;
 }
 
 int command_check(const struct command *command, int argc, char **argv)
 {
-    struct check_options options = { .seed = DEFAULT_SEED, .tool = "tgm " TGM_VERSION_TEXT };
+    static struct captures captures;
+    struct check_options options = { .seed = DEFAULT_SEED,
+                                     .tool = "tgm " TGM_VERSION_TEXT,
+                                     .capture_argument = &captures };
     const char *profile = "pc4", *json = NULL, *module = NULL;
     bool no_colour = false;
     const struct option table[] = {
@@ -63,6 +103,8 @@ int command_check(const struct command *command, int argc, char **argv)
           100000000 },
         { "--json", OPTION_TEXT, "FILE", "also write the verdict as JSON, - for standard output",
           &json, 0, 0 },
+        { "--pcap", OPTION_TEXT, "DIR", "captures of the bus for Wireshark, one file an experiment",
+          &captures.folder, 0, 0 },
         { "--no-color", OPTION_FLAG, NULL, "no colours, not even on a terminal", &no_colour, 0, 0 },
         { 0 },
     };
@@ -71,6 +113,12 @@ int command_check(const struct command *command, int argc, char **argv)
         return status;
     if (words == 0)
         return complain(command, "which module? usage: tgm check %s", command->usage);
+    if (captures.folder != NULL) {
+        if (mkdir(captures.folder, 0777) != 0 && errno != EEXIST)
+            return complain(command, "cannot make the folder '%s': %s", captures.folder,
+                            strerror(errno));
+        options.capture = next_capture;
+    }
     options.path = module;
     options.profile = profile_or_complain(command, profile);
     return options.profile == NULL ? EXIT_CALL : run(command, &options, json, no_colour);

@@ -80,6 +80,7 @@ int output_close(struct output *output, bool keep);
 
 int command_check(const struct command *command, int argc, char **argv);
 int command_run(const struct command *command, int argc, char **argv);
+int command_bus(const struct command *command, int argc, char **argv);
 int command_inspect(const struct command *command, int argc, char **argv);
 int command_rules(const struct command *command, int argc, char **argv);
 int command_new(const struct command *command, int argc, char **argv);

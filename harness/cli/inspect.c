@@ -79,6 +79,67 @@ const char *inspect_permissions(unsigned perm)
     return texts[perm & 7];
 }
 
+uint64_t inspect_size(const struct image *image, const struct image_symbol *symbol)
+{
+    const struct image_routine *routine =
+        symbol->size == 0 && symbol->executable ? image_routine(image, symbol->vaddr) : NULL;
+    return routine != NULL ? routine->size : symbol->size;
+}
+
+static const struct {
+    const char *text, *id;
+} limits[] = {
+    [IMAGE_STACK_BOUNDED] = { "", "bounded" },
+    [IMAGE_STACK_RECURSION] = { "a function is called again before it has returned", "recursion" },
+    [IMAGE_STACK_POINTER] = { "a call through a pointer may come back to where it was made",
+                              "pointer" },
+    [IMAGE_STACK_JUMP] = { "a jump through a pointer that cannot be followed", "jump" },
+    [IMAGE_STACK_VARIABLE] = { "the stack pointer moves by an amount computed at run time",
+                               "variable" },
+    [IMAGE_STACK_LOOP] = { "the stack grows with each turn of a loop", "loop" },
+    [IMAGE_STACK_UNBALANCED] = { "more is taken off the stack than was put on", "unbalanced" },
+    [IMAGE_STACK_CODE] = { "control goes where there is no instruction", "no-code" },
+    [IMAGE_STACK_LARGE] = { "more code than is looked at", "large" },
+    [IMAGE_STACK_UNKNOWN] = { "the code could not be read", "unknown" },
+};
+
+const char *inspect_limit(enum image_stack_limit limit)
+{
+    return limits[limit].text;
+}
+
+const char *inspect_limit_id(enum image_stack_limit limit)
+{
+    return limits[limit].id;
+}
+
+static bool is_deeper(const struct image_routine *routine, const struct image_routine *than)
+{
+    if (than == NULL)
+        return true;
+    const bool bounded = routine->limit == IMAGE_STACK_BOUNDED;
+    if (bounded != (than->limit == IMAGE_STACK_BOUNDED))
+        return !bounded;
+    return routine->stack > than->stack;
+}
+
+const struct image_routine *inspect_deepest(const struct image *image, const char **name)
+{
+    const struct image_routine *deepest =
+        image->has_entry_point ? image_routine(image, image->entry_point) : NULL;
+    *name = "entry point";
+    for (size_t i = 0; i < image->symbol_count; i++) {
+        const struct image_symbol *symbol = &image->symbols[i];
+        const struct image_routine *routine =
+            symbol->exported && symbol->executable ? image_routine(image, symbol->vaddr) : NULL;
+        if (routine == NULL || !is_deeper(routine, deepest))
+            continue;
+        deepest = routine;
+        *name = symbol->name;
+    }
+    return deepest;
+}
+
 static int print(const struct command *command, const struct image *image, const char *json)
 {
     struct output output = { 0 };

@@ -62,6 +62,22 @@ static void put_place(json_t *object, const struct image *image, uint64_t vaddr)
     put(object, "line", json_integer(place.line));
 }
 
+/* null: nothing is known. */
+static json_t *stack(const struct image *image, const struct image_routine *routine)
+{
+    if (routine == NULL || routine->limit == IMAGE_STACK_UNKNOWN)
+        return json_null();
+    json_t *object = json_object();
+    put(object, "bytes", number(routine->stack));
+    put(object, "limit", text(inspect_limit_id(routine->limit)));
+    put(object, "services", json_boolean(routine->outside));
+    if (routine->limit != IMAGE_STACK_BOUNDED) {
+        put(object, "where", address(routine->where));
+        put_place(object, image, routine->where);
+    }
+    return object;
+}
+
 static json_t *exports(const struct image *image)
 {
     json_t *array = json_array();
@@ -76,12 +92,17 @@ static json_t *exports(const struct image *image)
             put(object, "forwarder", text(symbol->forwarder));
         else
             put(object, "address", address(symbol->vaddr));
-        if (symbol->size != 0)
-            put(object, "size", number(symbol->size));
+        const uint64_t size = inspect_size(image, symbol);
+        if (size != 0) {
+            put(object, "size", number(size));
+            put(object, "size_from", text(symbol->size != 0 ? "file" : "code"));
+        }
         if (image->format == IMAGE_FORMAT_PE)
             put(object, "ordinal", number(symbol->ordinal));
-        if (symbol->executable)
+        if (symbol->executable) {
             put_place(object, image, symbol->vaddr);
+            put(object, "stack", stack(image, image_routine(image, symbol->vaddr)));
+        }
         json_array_append_new(array, object);
     }
     return array;
@@ -159,24 +180,11 @@ static json_t *module(const struct image *image)
     return object;
 }
 
-/* null: the file says nothing about its frames. */
-static json_t *stack(const struct image *image)
-{
-    struct image_stack frames;
-    if (!image_stack(image, &frames))
-        return json_null();
-    json_t *object = json_object();
-    put(object, "functions", number(frames.functions));
-    put(object, "unknown", number(frames.unknown));
-    put(object, "sum", number(frames.sum));
-    put(object, "largest", number(frames.largest));
-    return object;
-}
-
 static void contents(json_t *root, const struct image *image)
 {
     /* A flat image without a table: nobody may read an empty list as "exports nothing". */
     const bool unknown = image->format == IMAGE_FORMAT_FLAT && image->symbol_count == 0;
+    const char *name;
     put(root, "exports", unknown ? json_null() : exports(image));
     put(root, "imports", imports(image));
     put(root, "initialisers", initialisers(image));
@@ -186,7 +194,7 @@ static void contents(json_t *root, const struct image *image)
     put(root, "fixed", json_boolean(image->fixed));
     put(root, "segments", segments(image));
     put(root, "relocations", relocations(image));
-    put(root, "stack", stack(image));
+    put(root, "stack", stack(image, inspect_deepest(image, &name)));
     put(root, "executable_stack", json_boolean(image->exec_stack));
     put(root, "source_lines", json_boolean(image->has_debug_lines));
 }

@@ -76,10 +76,11 @@ static void put_place(FILE *out, const struct image *image, uint64_t vaddr, bool
 
 static void export_line(const struct image *image, const struct image_symbol *symbol, FILE *out)
 {
+    const uint64_t size = inspect_size(image, symbol);
     if (symbol->forwarder != NULL)
         fprintf(out, INDENT "%-10s  %8s  %-17s ", "", "", inspect_symbol_kind(symbol));
-    else if (symbol->size != 0)
-        fprintf(out, INDENT "0x%08" PRIx64 "  %8" PRIu64 "  %-17s ", symbol->vaddr, symbol->size,
+    else if (size != 0)
+        fprintf(out, INDENT "0x%08" PRIx64 "  %8" PRIu64 "  %-17s ", symbol->vaddr, size,
                 inspect_symbol_kind(symbol));
     else
         fprintf(out, INDENT "0x%08" PRIx64 "  %8s  %-17s ", symbol->vaddr, "?",
@@ -190,32 +191,58 @@ static void relocations(const struct image *image, FILE *out)
                 inspect_reloc_kind(types[i].kind));
 }
 
-/* Leaf functions may use this much below the stack pointer (System V ABI, x86-64). */
-#define RED_ZONE 128u
+static void routine_line(const struct image *image, const struct image_routine *routine,
+                         const char *name, FILE *out)
+{
+    if (routine == NULL)
+        return;
+    const bool bounded = routine->limit == IMAGE_STACK_BOUNDED;
+    fprintf(out, INDENT "%8" PRIu64 "  %-10s  ", routine->stack,
+            !bounded           ? "and more"
+            : routine->outside ? "+ services"
+                               : "");
+    int width = put_name(out, name);
+    if (!bounded) {
+        fprintf(out, "%*s  %s:", width < NAME_WIDTH ? NAME_WIDTH - width : 0, "",
+                inspect_limit(routine->limit));
+        put_place(out, image, routine->where, true);
+    }
+    fputc('\n', out);
+}
 
-/* Without recursion each function is on the stack once at most, so the sum of the frames bounds it.
- */
-static void stack_line(const struct image *image, FILE *out)
+static bool calls_services(const struct image *image)
+{
+    for (size_t i = 0; i < image->symbol_count; i++) {
+        const struct image_symbol *symbol = &image->symbols[i];
+        const struct image_routine *routine =
+            symbol->exported && symbol->executable ? image_routine(image, symbol->vaddr) : NULL;
+        if (routine != NULL && routine->outside)
+            return true;
+    }
+    return false;
+}
+
+static void stack(const struct image *image, FILE *out)
 {
     const char *executable = image->exec_stack ? ", executable" : "";
-    const bool red = image->format == IMAGE_FORMAT_ELF64;
-    struct image_stack stack;
-    if (!image_stack(image, &stack) && stack.functions == 0) {
-        fprintf(out, LABEL "not known (no call frame information)%s\n", "stack", executable);
-    } else if (stack.unknown > 0) {
-        fprintf(out,
-                LABEL "not known: %" PRIu64 " of %" PRIu64
-                      " functions do not say how large their frame is%s\n",
-                "stack", stack.unknown, stack.functions, executable);
-    } else {
-        fprintf(out,
-                LABEL
-                "at most %" PRIu64 " bytes, largest frame %" PRIu64 "%s\n"
-                "                without recursion and TG Motion's own functions: sum of %" PRIu64
-                " frames%s\n",
-                "stack", stack.sum + (red ? RED_ZONE : 0), stack.largest, executable,
-                stack.functions, red ? " and a red zone" : "");
+    const char *name;
+    const struct image_routine *deepest = inspect_deepest(image, &name);
+    if (deepest == NULL || deepest->limit == IMAGE_STACK_UNKNOWN) {
+        fprintf(out, LABEL "not known: %s%s\n", "stack",
+                deepest == NULL ? "no exported code" : inspect_limit(IMAGE_STACK_UNKNOWN),
+                executable);
+        return;
     }
+    fprintf(out, LABEL "at %s %" PRIu64 " bytes of the module's own%s%s\n", "stack",
+            deepest->limit == IMAGE_STACK_BOUNDED ? "most" : "least", deepest->stack,
+            calls_services(image) ? "; services of TG Motion add theirs" : "", executable);
+    for (size_t i = 0; i < image->symbol_count; i++) {
+        const struct image_symbol *symbol = &image->symbols[i];
+        if (symbol->exported && symbol->executable)
+            routine_line(image, image_routine(image, symbol->vaddr), symbol->name, out);
+    }
+    if (image->has_entry_point)
+        routine_line(image, image_routine(image, image->entry_point), "entry point", out);
 }
 
 void inspect_text(const struct image *image, FILE *out)
@@ -231,6 +258,6 @@ void inspect_text(const struct image *image, FILE *out)
     load_address(image, out);
     memory(image, out);
     relocations(image, out);
-    stack_line(image, out);
+    stack(image, out);
     fprintf(out, LABEL "%s\n", "source lines", image->has_debug_lines ? "yes" : "none");
 }

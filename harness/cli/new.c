@@ -23,7 +23,9 @@
 #define FILE_MAX        (1 << 20)
 #define STEM            "shuttle"
 
-static const char *const languages[] = { "c", "cpp", "pascal" };
+static const struct {
+    const char *name, *suffix;
+} languages[] = { { "c", "c" }, { "cpp", "cpp" }, { "pascal", "pas" } };
 #define LANGUAGES (sizeof languages / sizeof *languages)
 
 struct project {
@@ -148,6 +150,47 @@ static char *read_text(const char *path)
     return text;
 }
 
+/* Behind the comment or string that begins here, or NULL when none does. */
+static const char *behind_aside(const char *at, bool pascal)
+{
+    static const struct {
+        const char *begin, *end;
+        bool pascal_only;
+    } asides[] = { { "//", "\n", false },
+                   { "/*", "*/", false },
+                   { "\"", "\"", false },
+                   { "'", "'", false },
+                   { "{", "}", true } };
+    for (size_t i = 0; i < sizeof asides / sizeof *asides; i++) {
+        const size_t length = strlen(asides[i].begin);
+        if (strncmp(at, asides[i].begin, length) != 0 || (asides[i].pascal_only && !pascal))
+            continue;
+        const char *end = strstr(at + length, asides[i].end);
+        return end != NULL ? end + strlen(asides[i].end) : at + strlen(at);
+    }
+    return NULL;
+}
+
+/* Whether the code, comments and strings apart, has the name as a word of its own. */
+static bool has_word(const char *code, const char *name, bool pascal)
+{
+    const size_t length = strlen(name);
+    while (*code != '\0') {
+        const char *behind = behind_aside(code, pascal);
+        if (behind != NULL) {
+            code = behind;
+            continue;
+        }
+        size_t word = 0;
+        while (isalnum((unsigned char)code[word]) || code[word] == '_')
+            word++;
+        if (word == length && strncasecmp(code, name, length) == 0)
+            return true;
+        code += word > 0 ? word : 1;
+    }
+    return false;
+}
+
 static int write_text(const char *path, const char *text)
 {
     FILE *file = fopen(path, "wxe");
@@ -202,6 +245,20 @@ static int copy_folder(const struct project *project, const char *from, const ch
     return r;
 }
 
+/* A name that the template's source gives to something else would make one name of two. */
+static bool is_in_template(const struct project *project, size_t language)
+{
+    char path[PATH_MAX + 64];
+    snprintf(path, sizeof path, "%s/templates/%s/" STEM ".%s", project->share,
+             languages[language].name, languages[language].suffix);
+    char *code = read_text(path);
+    const bool found =
+        code != NULL && strcasecmp(project->name, STEM) != 0 &&
+        has_word(code, project->name, strcmp(languages[language].name, "pascal") == 0);
+    free(code);
+    return found;
+}
+
 static int create(const struct project *project, const char *language)
 {
     char from[PATH_MAX + 64];
@@ -248,16 +305,17 @@ int command_new(const struct command *command, int argc, char **argv)
                         "the language",
                         project.name, NAME_MAX_LENGTH);
     size_t i = 0;
-    while (i < LANGUAGES && strcmp(languages[i], language) != 0)
+    while (i < LANGUAGES && strcmp(languages[i].name, language) != 0)
         i++;
     if (i == LANGUAGES)
         return complain(command, "no template in '%s'; allowed: c, cpp, pascal", language);
-    if (generation != 4 && strcmp(language, "pascal") == 0)
-        return complain(command,
-                        "the Pascal template is for generation 4; generation 5: --lang c or cpp");
     if (!find_share(&project))
         return complain(command,
                         "the SDK is not beside this program; run it from its tree or install it");
+    if (is_in_template(&project, i))
+        return complain(command,
+                        "'%s' is the name of something else in the template; choose another",
+                        project.name);
     snprintf(project.generation, sizeof project.generation, "%" PRIu64, generation);
     return create(&project, language);
 }

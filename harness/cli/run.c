@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
+#include <errno.h>
 #include <inttypes.h>
 #include <math.h>
 #include <stdlib.h>
@@ -6,12 +7,14 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "cli/capture.h"
 #include "cli/cli.h"
 #include "conformance/profile.h"
 #include "conformance/rules.h"
 
 #define RECORD_MAX 64
 #define RUN_WHY    1024
+#define SCRIPT_MAX 1048576 /* bytes of a fault script */
 
 /* One run on its way: what was asked for and what has been shown so far. */
 struct run {
@@ -22,10 +25,12 @@ struct run {
     struct recording recording;
     struct output csv;
     const char *csv_path;
-    FILE *screen; /* standard error when the recording goes to standard output */
+    struct capture capture;
+    const char *pcap_path;
+    FILE *screen; /* standard error when recording or capture go to standard output */
     bool terminal;
     bool in_process;
-    uint64_t messages_shown;
+    uint64_t messages_shown, faults_shown;
     double begin, shown_at;
     int csv_error;
 };
@@ -39,18 +44,52 @@ static double seconds(void)
 
 /* Text from the module must not move the cursor or fake a line of ours: evidence_clean() took
  * controls out. */
-static void show_messages(struct run *run, const struct evidence *evidence)
+static void show_message(const struct run *run, const struct evidence_message *message)
 {
-    for (; run->messages_shown < evidence->message_count && run->messages_shown < EVIDENCE_MESSAGES;
-         run->messages_shown++) {
-        const struct evidence_message *message = &evidence->messages[run->messages_shown];
-        if (message->cycle == EVIDENCE_NO_CYCLE)
-            fprintf(run->screen, "%s  before the cycles  %-11s  %s\n",
-                    run->terminal ? "\r\033[K" : "", entry_name(message->entry), message->text);
-        else
-            fprintf(run->screen, "%s  cycle %-11" PRIu64 "  %-11s  %s\n",
-                    run->terminal ? "\r\033[K" : "", message->cycle, entry_name(message->entry),
-                    message->text);
+    if (message->cycle == EVIDENCE_NO_CYCLE)
+        fprintf(run->screen, "%s  before the cycles  %-11s  %s\n", run->terminal ? "\r\033[K" : "",
+                entry_name(message->entry), message->text);
+    else
+        fprintf(run->screen, "%s  cycle %-11" PRIu64 "  %-11s  %s\n",
+                run->terminal ? "\r\033[K" : "", message->cycle, entry_name(message->entry),
+                message->text);
+}
+
+static void show_fault(const struct run *run, const struct evidence_fault *fault)
+{
+    char when[32] = "before the cycles";
+    if (fault->time_ns >= 0)
+        snprintf(when, sizeof when, "%.6f s", (double)fault->time_ns * 1e-9);
+    fprintf(run->screen, "%s  %-17s  %-11s  %s\n", run->terminal ? "\r\033[K" : "", when,
+            "bus fault", fault->text);
+}
+
+static int64_t message_time(const struct run *run, const struct evidence_message *message)
+{
+    if (message->cycle == EVIDENCE_NO_CYCLE)
+        return -1;
+    return (int64_t)(message->cycle * run->experiment.host.cycle_us * 1000);
+}
+
+/* Messages and faults that have not been shown yet, in the order of their times. */
+static void show_events(struct run *run, const struct evidence *evidence)
+{
+    for (;;) {
+        const bool message = run->messages_shown < evidence->message_count &&
+                             run->messages_shown < EVIDENCE_MESSAGES;
+        const bool fault =
+            run->faults_shown < evidence->fault_count && run->faults_shown < EVIDENCE_FAULTS;
+        const struct evidence_message *m = &evidence->messages[message ? run->messages_shown : 0];
+        const struct evidence_fault *f = &evidence->faults[fault ? run->faults_shown : 0];
+        if (!message && !fault)
+            return;
+        if (fault && (!message || f->time_ns <= message_time(run, m))) {
+            show_fault(run, f);
+            run->faults_shown++;
+        } else {
+            show_message(run, m);
+            run->messages_shown++;
+        }
     }
 }
 
@@ -108,14 +147,19 @@ static void progress(void *argument, const struct evidence *evidence, const doub
     run->shown_at = now;
     if (evidence->stage >=
         EVIDENCE_BETWEEN) /* a message that is being written is shown next time */
-        show_messages(run, evidence);
+        show_events(run, evidence);
     show_status(run, evidence);
 }
 
 /* "SERVO[0].Position,SERVO[0].WritePosition" */
 static int read_registers(struct run *run, const char *list)
 {
+    const struct product *product = run->experiment.host.product;
+    const struct catalogue *catalogue =
+        catalogue_find(product->generation, (int)product->memory_id);
     char why[CATALOGUE_WHY];
+    if (catalogue == NULL)
+        return complain(run->command, "--record: no register names for %s", product->title);
     if (list[0] == '\0' || list[strlen(list) - 1] == ',')
         return complain(run->command, "--record needs register names with commas between them");
     while (*list != '\0') {
@@ -129,7 +173,7 @@ static int read_registers(struct run *run, const char *list)
                             list);
         memcpy(name, list, length);
         name[length] = '\0';
-        if (catalogue_resolve(name, &run->registers[run->recording.count], why) != 0)
+        if (catalogue_resolve(catalogue, name, &run->registers[run->recording.count], why) != 0)
             return complain(run->command, "--record: %s", why);
         run->recording.count++;
         list += length + (list[length] == ',');
@@ -166,7 +210,10 @@ static int conclude(struct run *run, const struct experiment_result *result, con
 {
     const struct evidence *evidence = &result->evidence;
     int status = EXIT_OK;
-    show_messages(run, evidence);
+    show_events(run, evidence);
+    if (evidence->fault_count > EVIDENCE_FAULTS)
+        fprintf(run->screen, "  and %" PRIu64 " bus faults more\n",
+                evidence->fault_count - EVIDENCE_FAULTS);
     if (evidence->message_count > EVIDENCE_MESSAGES)
         fprintf(run->screen, "  and %" PRIu64 " messages more\n",
                 evidence->message_count - EVIDENCE_MESSAGES);
@@ -208,6 +255,9 @@ static int play(struct run *run, const char *path)
             return complain(run->command, "no worker process: %s", strerror(-r));
     }
     int status = conclude(run, &result, slash != NULL ? slash + 1 : path);
+    r = capture_close(&run->capture);
+    if (r != 0 && r != -EBADMSG) /* that one is the worker's, and told */
+        status = complain(run->command, "cannot write '%s': %s", run->pcap_path, strerror(-r));
     if (run->csv.stream != NULL) {
         r = output_close(&run->csv, true);
         if (r != 0 || run->csv_error != 0)
@@ -234,34 +284,83 @@ static int open_module(struct run *run, const struct profile *profile, const cha
     return EXIT_MODULE;
 }
 
+/* The whole file as a string; NULL, and the reason said, when that is not possible. */
+static char *read_script(const struct run *run, const char *path)
+{
+    FILE *file = fopen(path, "rb");
+    char *text = malloc(SCRIPT_MAX + 1);
+    size_t size = 0;
+    int error = file == NULL ? errno : text == NULL ? ENOMEM : 0;
+    if (error == 0) {
+        size = fread(text, 1, SCRIPT_MAX + 1, file);
+        error = ferror(file) ? EIO : size > SCRIPT_MAX ? EFBIG : 0;
+    }
+    if (file != NULL)
+        fclose(file);
+    if (error == 0 && memchr(text, '\0', size) == NULL) {
+        text[size] = '\0';
+        return text;
+    }
+    complain(run->command, "cannot read fault script '%s': %s", path,
+             error != 0 ? strerror(error) : "it is no text");
+    free(text);
+    return NULL;
+}
+
+static int refuse_self(const struct run *run, const char *option, const char *file,
+                       const char *module)
+{
+    return file != NULL && same_file(file, module)
+               ? complain(run->command, "%s '%s' is the module itself", option, file)
+               : 0;
+}
+
+static int open_files(struct run *run, const char *module, const char *record)
+{
+    int status = refuse_self(run, "--csv", run->csv_path, module);
+    if (status == 0)
+        status = refuse_self(run, "--pcap", run->pcap_path, module);
+    if (status != 0)
+        return status;
+    const char *path = run->csv_path;
+    int r = path != NULL ? output_open(&run->csv, path) : 0;
+    if (r == 0 && path != NULL)
+        write_head(run, record);
+    if (r == 0 && run->pcap_path != NULL)
+        r = capture_open(&run->capture, path = run->pcap_path, 0);
+    return r == 0 ? 0 : complain(run->command, "cannot write '%s': %s", path, strerror(-r));
+}
+
 static int start(struct run *run, const struct profile *profile, const char *path,
                  const char *record)
 {
     struct image *image = NULL;
     int status = open_module(run, profile, path, &image);
-    if (status == 0 && run->csv_path != NULL && same_file(run->csv_path, path))
-        status = complain(run->command, "--csv '%s' is the module itself", run->csv_path);
-    if (status == 0 && run->csv_path != NULL) {
-        const int r = output_open(&run->csv, run->csv_path);
-        if (r != 0)
-            status = complain(run->command, "cannot write '%s': %s", run->csv_path, strerror(-r));
-        else
-            write_head(run, record);
-    }
-    run->screen = run->csv.stream == stdout ? stderr : stdout;
+    if (status == 0)
+        status = open_files(run, path, record);
+    const bool taken = run->csv.stream == stdout || run->capture.output.stream == stdout;
+    run->screen = taken ? stderr : stdout;
     run->terminal = isatty(fileno(run->screen)) != 0;
+    run->experiment.host.capture = capture_pcap(&run->capture);
     if (status == 0)
         status = play(run, path);
     output_close(&run->csv, false);
+    capture_close(&run->capture);
     if (image != NULL)
         image_close(image);
     return status;
 }
 
+static bool is_stdout(const char *path)
+{
+    return path != NULL && strcmp(path, "-") == 0;
+}
+
 int command_run(const struct command *command, int argc, char **argv)
 {
     static struct run run;
-    const char *profile_name = "pc4", *record = NULL, *module = NULL;
+    const char *profile_name = "pc4", *record = NULL, *module = NULL, *faults = NULL;
+    char *script = NULL;
     uint64_t duration = UINT64_C(2000000000), cycle_us = 0, seed = DEFAULT_SEED;
     const struct option table[] = {
         { "--for", OPTION_DURATION, "TIME", "simulated time, as in 2s or 500ms (default 2s)",
@@ -272,8 +371,12 @@ int command_run(const struct command *command, int argc, char **argv)
           "registers to record, as in 'SERVO[0].Position,DIO[0].In0'", &record, 0, 0 },
         { "--csv", OPTION_TEXT, "FILE", "where the recording goes, - for standard output",
           &run.csv_path, 0, 0 },
+        { "--pcap", OPTION_TEXT, "FILE", "capture of the bus for Wireshark, - for standard output",
+          &run.pcap_path, 0, 0 },
         { "--seed", OPTION_NUMBER, "N", "seed of places, poison and machine (default 0x1d2f)",
           &seed, 0, 0 },
+        { "--faults", OPTION_TEXT, "FILE", "what goes wrong on the bus, and when (docs/faults.md)",
+          &faults, 0, 0 },
         { "--in-process", OPTION_FLAG, NULL,
           "no worker and no sandbox, for a debugger (make debug)", &run.in_process, 0, 0 },
         { "--profile", OPTION_TEXT, "NAME", "which TG Motion to be: pc4 (default)", &profile_name,
@@ -296,15 +399,23 @@ int command_run(const struct command *command, int argc, char **argv)
         return complain(command, "--cycle must be 250, 500 or 1000, not %" PRIu64, cycle_us);
     if ((record == NULL) != (run.csv_path == NULL))
         return complain(command, "--record and --csv go together: which registers, and where to");
+    if (is_stdout(run.csv_path) && is_stdout(run.pcap_path))
+        return complain(command, "--csv and --pcap cannot both go to standard output");
     if (run.in_process && record != NULL)
         return complain(command, "--in-process does not record");
+    run.experiment.host.product = product;
     if (record != NULL && (status = read_registers(&run, record)) != 0)
         return status;
+    if (faults != NULL && (script = read_script(&run, faults)) == NULL)
+        return EXIT_CALL;
+    run.experiment.host.faults = script;
+    run.experiment.host.faults_name = faults;
     run.experiment.name = "run";
-    run.experiment.host.product = product;
     run.experiment.host.cycle_us = (uint32_t)cycle_us;
     run.experiment.host.seed = seed;
     run.experiment.host.plant = &plant_default;
     run.experiment.cycles = (duration + cycle_us * 1000 - 1) / (cycle_us * 1000);
-    return start(&run, profile, module, record);
+    status = start(&run, profile, module, record);
+    free(script);
+    return status;
 }

@@ -3,61 +3,103 @@
 
 #include <ctype.h>
 #include <errno.h>
-#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 struct member {
     const char *owner, *name;
     enum scalar type;
     const char *type_name; /* structure when type is STRUCT */
     size_t count, offset, size;
-    const char *access, *unit, *note;
+    const char *access;
+    enum access_by access_by;
+    const char *unit, *note;
 };
 
-static const struct catalogue_memory memories[] = {
+struct catalogue {
+    int generation, memory_id;
+    const char *reference; /* the document with all registers */
+    const struct catalogue_memory *memories;
+    size_t memory_count;
+    const struct member *members;
+    size_t member_count;
+};
+
 #define CATALOGUE_MEMORY(number, name, root, type, count, size, pointer)                           \
     { number, name, root, type, count, size, pointer },
 #define CATALOGUE_MEMBER(...)
+static const struct catalogue_memory memories_gen4[] = {
 #include "host/catalogue_gen4.inc"
-#undef CATALOGUE_MEMORY
-#undef CATALOGUE_MEMBER
 };
-
-static const struct member members[] = {
-#define CATALOGUE_MEMORY(...)
-#define CATALOGUE_MEMBER(owner, name, type, type_name, count, offset, size, access, unit, note)    \
-    { owner, name, type, type_name, count, offset, size, access, unit, note },
-#include "host/catalogue_gen4.inc"
+static const struct catalogue_memory memories_gen5_905[] = {
+#include "host/catalogue_gen5_905.inc"
+};
+static const struct catalogue_memory memories_gen5_906[] = {
+#include "host/catalogue_gen5_906.inc"
+};
 #undef CATALOGUE_MEMORY
 #undef CATALOGUE_MEMBER
+
+#define CATALOGUE_MEMORY(...)
+#define CATALOGUE_MEMBER(owner, name, type, type_name, count, offset, size, access, by, unit,      \
+                         note)                                                                     \
+    { owner, name, type, type_name, count, offset, size, access, by, unit, note },
+static const struct member members_gen4[] = {
+#include "host/catalogue_gen4.inc"
+};
+static const struct member members_gen5_905[] = {
+#include "host/catalogue_gen5_905.inc"
+};
+static const struct member members_gen5_906[] = {
+#include "host/catalogue_gen5_906.inc"
+};
+#undef CATALOGUE_MEMORY
+#undef CATALOGUE_MEMBER
+
+#define COUNT(array) (sizeof(array) / sizeof *(array))
+#define TABLES(name) memories_##name, COUNT(memories_##name), members_##name, COUNT(members_##name)
+
+/* The newest of a generation comes first: it is what memory id 0 stands for. */
+static const struct catalogue catalogues[] = {
+    { 4, 904, "docs/registers-gen4.md", TABLES(gen4) },
+    { 5, 906, "docs/registers-gen5-906.md", TABLES(gen5_906) },
+    { 5, 905, "docs/registers-gen5-905.md", TABLES(gen5_905) },
 };
 
 /* Parts of TGM_System that the manual names without their memory. */
 static const struct {
     const char *alias, *path;
-} aliases[] = { { "HEADER", "SYSTEM.Header" },
-                { "MAIN", "SYSTEM.Main" },
-                { "TIMERS", "SYSTEM.Timers" },
-                { "OSC", "SYSTEM.Osc" } };
+} aliases[] = { { "HEADER", "SYSTEM.Header" }, { "MAIN", "SYSTEM.Main" },
+                { "TIMERS", "SYSTEM.Timers" }, { "OSC", "SYSTEM.Osc" },
+                { "OSC_EX", "SYSTEM.Osc_Ex" }, { "ETH", "SYSTEM.Eth" },
+                { "EEPROM", "SYSTEM.Eeprom" } };
 
 static const char *const scalar_names[] = { "I8",  "U8",  "I16", "U16", "I32",   "U32",
                                             "I64", "U64", "F32", "F64", "STRUCT" };
 static const size_t scalar_sizes[] = { 1, 1, 2, 2, 4, 4, 8, 8, 4, 8, 0 };
 
-#define COUNT(array) (sizeof(array) / sizeof *(array))
-
-const struct catalogue_memory *catalogue_memory(size_t index)
+const struct catalogue *catalogue_find(int generation, int memory_id)
 {
-    return index < COUNT(memories) ? &memories[index] : NULL;
+    for (size_t i = 0; i < COUNT(catalogues); i++)
+        if (catalogues[i].generation == generation &&
+            (memory_id == 0 || catalogues[i].memory_id == memory_id))
+            return &catalogues[i];
+    return NULL;
 }
 
-const struct catalogue_memory *catalogue_memory_named(const char *name)
+const struct catalogue_memory *catalogue_memory(const struct catalogue *catalogue, size_t index)
 {
-    for (size_t i = 0; i < COUNT(memories); i++)
-        if (strcmp(memories[i].name, name) == 0)
-            return &memories[i];
+    return index < catalogue->memory_count ? &catalogue->memories[index] : NULL;
+}
+
+const struct catalogue_memory *catalogue_memory_named(const struct catalogue *catalogue,
+                                                      const char *name)
+{
+    for (size_t i = 0; i < catalogue->memory_count; i++)
+        if (strcmp(catalogue->memories[i].name, name) == 0)
+            return &catalogue->memories[i];
     return NULL;
 }
 
@@ -153,46 +195,45 @@ static int part_read(const char *text, struct part *part, char why[CATALOGUE_WHY
     return 0;
 }
 
-static const struct member *member_find(const char *owner, const char *name)
+static const struct member *member_find(const struct catalogue *catalogue, const char *owner,
+                                        const char *name)
 {
-    for (size_t i = 0; i < COUNT(members); i++)
-        if (strcmp(members[i].owner, owner) == 0 && strcmp(members[i].name, name) == 0)
-            return &members[i];
+    for (size_t i = 0; i < catalogue->member_count; i++) {
+        const struct member *member = &catalogue->members[i];
+        if (strcmp(member->owner, owner) == 0 && strcmp(member->name, name) == 0)
+            return member;
+    }
     return NULL;
 }
 
 /* What could be meant: same letters in another case, else the first names of the structure. */
-static void member_unknown(const char *owner, const char *name, char why[CATALOGUE_WHY])
+static void member_unknown(const struct catalogue *catalogue, const char *owner, const char *name,
+                           char why[CATALOGUE_WHY])
 {
+    const struct member *members = catalogue->members;
     int at = snprintf(why, CATALOGUE_WHY, "%s has no register '%s'", owner, name);
-    for (size_t i = 0; i < COUNT(members); i++)
-        if (strcmp(members[i].owner, owner) == 0) {
-            const char *a = members[i].name, *b = name;
-            while (*a != '\0' && tolower((unsigned char)*a) == tolower((unsigned char)*b))
-                a++, b++;
-            if (*a == '\0' && *b == '\0') {
-                snprintf(why + at, (size_t)(CATALOGUE_WHY - at), "; did you mean %s?",
-                         members[i].name);
-                return;
-            }
+    for (size_t i = 0; i < catalogue->member_count; i++)
+        if (strcmp(members[i].owner, owner) == 0 && strcasecmp(members[i].name, name) == 0) {
+            snprintf(why + at, (size_t)(CATALOGUE_WHY - at), "; did you mean %s?", members[i].name);
+            return;
         }
     at += snprintf(why + at, (size_t)(CATALOGUE_WHY - at), "; it has");
-    for (size_t i = 0; i < COUNT(members) && at < CATALOGUE_WHY - 40; i++)
+    for (size_t i = 0; i < catalogue->member_count && at < CATALOGUE_WHY - 80; i++)
         if (strcmp(members[i].owner, owner) == 0 && strcmp(members[i].access, "reserved") != 0)
             at += snprintf(why + at, (size_t)(CATALOGUE_WHY - at), " %s", members[i].name);
-    snprintf(why + at, (size_t)(CATALOGUE_WHY - at), " ... (docs/registers-gen4.md)");
+    snprintf(why + at, (size_t)(CATALOGUE_WHY - at), " ... (%s)", catalogue->reference);
 }
 
-static int resolve_member(const char *owner, const char *path, struct catalogue_register *out,
-                          char why[CATALOGUE_WHY])
+static int resolve_member(const struct catalogue *catalogue, const char *owner, const char *path,
+                          struct catalogue_register *out, char why[CATALOGUE_WHY])
 {
     struct part part;
     int r = part_read(path, &part, why);
     if (r != 0)
         return r;
-    const struct member *member = member_find(owner, part.name);
+    const struct member *member = member_find(catalogue, owner, part.name);
     if (member == NULL) {
-        member_unknown(owner, part.name, why);
+        member_unknown(catalogue, owner, part.name, why);
         return -EINVAL;
     }
     if (part.index >= member->count || (member->count > 1 && !part.indexed) ||
@@ -212,7 +253,7 @@ static int resolve_member(const char *owner, const char *path, struct catalogue_
                      part.name, part.name, "<register>");
             return -EINVAL;
         }
-        return resolve_member(member->type_name, part.rest, out, why);
+        return resolve_member(catalogue, member->type_name, part.rest, out, why);
     }
     if (*part.rest != '\0') {
         snprintf(why, CATALOGUE_WHY, "%s.%s is a single register, '.%s' cannot follow", owner,
@@ -222,6 +263,7 @@ static int resolve_member(const char *owner, const char *path, struct catalogue_
     out->type = member->type;
     out->unit = member->unit;
     out->access = member->access;
+    out->access_by = member->access_by;
     return 0;
 }
 
@@ -243,6 +285,7 @@ static int resolve_flat(const struct catalogue_memory *memory, const char *path,
             out->type = type;
             out->unit = "-";
             out->access = "RW";
+            out->access_by = ACCESS_STATED;
             return 0;
         }
     snprintf(why, CATALOGUE_WHY,
@@ -252,7 +295,25 @@ static int resolve_flat(const struct catalogue_memory *memory, const char *path,
     return -EINVAL;
 }
 
-int catalogue_resolve(const char *name, struct catalogue_register *out, char why[CATALOGUE_WHY])
+/* "'GEARBOX' is no memory; allowed: SYSTEM HEADER ... SERVO[n] ... DATA" */
+static void root_unknown(const struct catalogue *catalogue, const char *name,
+                         char why[CATALOGUE_WHY])
+{
+    int at = snprintf(why, CATALOGUE_WHY, "'%s' is no memory of generation %d; allowed:", name,
+                      catalogue->generation);
+    for (size_t i = 0; i < catalogue->memory_count && at < CATALOGUE_WHY; i++) {
+        const struct catalogue_memory *memory = &catalogue->memories[i];
+        if (strcmp(memory->root, "-") != 0)
+            at += snprintf(why + at, (size_t)(CATALOGUE_WHY - at), " %s%s", memory->root,
+                           memory->count > 1 ? "[n]" : "");
+    }
+    for (size_t i = 0; i < COUNT(aliases) && at < CATALOGUE_WHY; i++)
+        if (member_find(catalogue, "SYSTEM", strchr(aliases[i].path, '.') + 1) != NULL)
+            at += snprintf(why + at, (size_t)(CATALOGUE_WHY - at), " %s", aliases[i].alias);
+}
+
+int catalogue_resolve(const struct catalogue *catalogue, const char *name,
+                      struct catalogue_register *out, char why[CATALOGUE_WHY])
 {
     struct part part;
     int r = part_read(name, &part, why);
@@ -263,10 +324,10 @@ int catalogue_resolve(const char *name, struct catalogue_register *out, char why
         if (strcmp(aliases[i].alias, part.name) == 0 && !part.indexed) {
             char path[CATALOGUE_WHY];
             snprintf(path, sizeof path, "%s.%s", aliases[i].path, part.rest);
-            return catalogue_resolve(path, out, why);
+            return catalogue_resolve(catalogue, path, out, why);
         }
-    for (size_t i = 0; i < COUNT(memories); i++) {
-        const struct catalogue_memory *memory = &memories[i];
+    for (size_t i = 0; i < catalogue->memory_count; i++) {
+        const struct catalogue_memory *memory = &catalogue->memories[i];
         if (strcmp(memory->root, "-") == 0 || strcmp(memory->root, part.name) != 0)
             continue;
         if (part.index >= memory->count || (memory->count > 1 && !part.indexed)) {
@@ -278,21 +339,31 @@ int catalogue_resolve(const char *name, struct catalogue_register *out, char why
         if (strcmp(memory->type, "-") == 0)
             return resolve_flat(memory, part.rest, out, why);
         out->offset = part.index * (memory->size / memory->count);
-        return resolve_member(memory->type, part.rest, out, why);
+        return resolve_member(catalogue, memory->type, part.rest, out, why);
     }
-    snprintf(why, CATALOGUE_WHY,
-             "'%s' is no memory; allowed: SYSTEM HEADER MAIN TIMERS OSC SERVO[n] DIO[n] "
-             "INTERPOLATOR[n] DATA CAM OSCDATA",
-             part.name);
+    root_unknown(catalogue, part.name, why);
     return -EINVAL;
 }
 
-static void walk_members(const char *owner, struct catalogue_line *line, catalogue_visit *visit,
-                         void *argument)
+bool catalogue_line_holds(const struct catalogue_line *line, uint64_t offset)
+{
+    if (offset >= line->memory->size || offset % line->stride < line->offset)
+        return false;
+    uint64_t behind = offset % line->stride - line->offset;
+    for (size_t i = 0; i < line->array_count; i++) {
+        if (behind / line->arrays[i].stride >= line->arrays[i].count)
+            return false;
+        behind %= line->arrays[i].stride;
+    }
+    return behind < line->size;
+}
+
+static void walk_members(const struct catalogue *catalogue, const char *owner,
+                         struct catalogue_line *line, catalogue_visit *visit, void *argument)
 {
     const size_t length = strlen(line->name), offset = line->offset;
-    for (size_t i = 0; i < COUNT(members); i++) {
-        const struct member *member = &members[i];
+    for (size_t i = 0; i < catalogue->member_count; i++) {
+        const struct member *member = &catalogue->members[i];
         if (strcmp(member->owner, owner) != 0 || strcmp(member->access, "reserved") == 0)
             continue;
         int at = snprintf(line->name + length, sizeof line->name - length, ".%s", member->name);
@@ -301,12 +372,20 @@ static void walk_members(const char *owner, struct catalogue_line *line, catalog
                      member->count);
         line->offset = offset + member->offset;
         if (member->type == STRUCT) {
-            walk_members(member->type_name, line, visit, argument);
+            const size_t outer = line->array_count;
+            if (member->count > 1) {
+                line->arrays[outer].count = member->count;
+                line->arrays[outer].stride = member->size / member->count;
+                line->array_count++;
+            }
+            walk_members(catalogue, member->type_name, line, visit, argument);
+            line->array_count = outer;
         } else {
             line->size = member->size;
             line->count = member->count;
             line->type = member->type;
             line->access = member->access;
+            line->access_by = member->access_by;
             line->unit = member->unit;
             line->note = member->note;
             visit(argument, line);
@@ -316,14 +395,14 @@ static void walk_members(const char *owner, struct catalogue_line *line, catalog
     line->offset = offset;
 }
 
-void catalogue_walk(catalogue_visit *visit, void *argument)
+void catalogue_walk(const struct catalogue *catalogue, catalogue_visit *visit, void *argument)
 {
-    for (size_t i = 0; i < COUNT(memories); i++) {
-        const struct catalogue_memory *memory = &memories[i];
+    for (size_t i = 0; i < catalogue->memory_count; i++) {
+        const struct catalogue_memory *memory = &catalogue->memories[i];
         struct catalogue_line line = { .memory = memory, .stride = memory->size / memory->count };
         if (strcmp(memory->type, "-") == 0)
             continue;
         snprintf(line.name, sizeof line.name, "%s%s", memory->root, memory->count > 1 ? "[n]" : "");
-        walk_members(memory->type, &line, visit, argument);
+        walk_members(catalogue, memory->type, &line, visit, argument);
     }
 }

@@ -1,25 +1,26 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
-/* The DIO register groups: digital terminals, one octet to a word as generation 4 has it. */
+/* The DIO register groups: digital terminals, their bits in words as the generation has them. */
 #include "host/host_parts.h"
 
 #include <errno.h>
 #include <stdio.h>
 
-static void octets(const struct host *host, size_t slave, enum bus_direction direction,
-                   unsigned bits, struct bus_entry entries[16])
+static void words(const struct host *host, size_t slave, enum bus_direction direction,
+                  unsigned bits, struct bus_entry entries[DIO_WORDS])
 {
-    for (unsigned octet = 0; octet < 16; octet++) {
-        const unsigned first = octet * 8;
-        const unsigned count = first >= bits ? 0 : bits - first < 8 ? bits - first : 8;
-        entries[octet] = count > 0 ? bus_bits(host->bus, slave, direction, first, count)
-                                   : (struct bus_entry){ 0 };
+    for (unsigned word = 0; word < DIO_WORDS; word++) {
+        const unsigned first = word * DIO_WORD_BITS;
+        const unsigned left = first >= bits ? 0 : bits - first;
+        const unsigned count = left < DIO_WORD_BITS ? left : DIO_WORD_BITS;
+        entries[word] = count > 0 ? bus_bits(host->bus, slave, direction, first, count)
+                                  : (struct bus_entry){ 0 };
     }
 }
 
-int dio_open(struct host *host, char why[HOST_WHY])
+static int dio_open(struct host *host, char why[HOST_WHY])
 {
     DIO *dios = host->memory[SHARED_MEMORY_DIO];
-    for (size_t i = 0; i < bus_slave_count(host->bus); i++) {
+    for (size_t i = 0; host->bus != NULL && i < bus_slave_count(host->bus); i++) {
         const struct bus_slave *slave = bus_slave(host->bus, i);
         if (slave->axes > 0 || slave->input_bits + slave->output_bits == 0)
             continue;
@@ -30,40 +31,43 @@ int dio_open(struct host *host, char why[HOST_WHY])
         struct terminal *terminal = &host->terminals[host->terminal_count];
         terminal->reg = &dios[host->terminal_count];
         terminal->slave = i;
-        octets(host, i, BUS_INPUT, slave->input_bits, terminal->in);
-        octets(host, i, BUS_OUTPUT, slave->output_bits, terminal->out);
-        terminal->reg->Number = (int32_t)host->terminal_count;
-        terminal->reg->Node = (int32_t)i + 1;
-        terminal->reg->NumberIn = (int32_t)((slave->input_bits + 7) / 8);
-        terminal->reg->NumberOut = (int32_t)((slave->output_bits + 7) / 8);
+        words(host, i, BUS_INPUT, slave->input_bits, terminal->in);
+        words(host, i, BUS_OUTPUT, slave->output_bits, terminal->out);
+        terminal->reg->Number = (dio_word)host->terminal_count;
+        terminal->reg->Node = (dio_word)i + 1;
+        terminal->reg->NumberIn = (dio_word)((slave->input_bits + 7) / 8);
+        terminal->reg->NumberOut = (dio_word)((slave->output_bits + 7) / 8);
         terminal->reg->ECATBusPosition = (uint32_t)i;
         host->terminal_count++;
     }
     return 0;
 }
 
-void dio_receive(struct host *host)
+static void dio_receive(struct host *host)
 {
     for (size_t i = 0; i < host->terminal_count; i++) {
         struct terminal *terminal = &host->terminals[i];
         DIO *reg = terminal->reg;
-        int32_t *in = &reg->In0; /* In0..In7, Ext_In0..Ext_In7 follow one another: static asserts of
-                                    the layout */
+        dio_word *in = DIO_IN(reg);
         reg->EtherCATState = bus_slave(host->bus, terminal->slave)->al_state & 0x0Fu;
         reg->Status = reg->EtherCATState == ETHERCAT_STATE_OP;
-        for (unsigned octet = 0; octet < 16; octet++)
-            if (terminal->in[octet].bits > 0)
-                in[octet] = (int32_t)bus_entry_get(terminal->in[octet]);
+        for (unsigned word = 0; word < DIO_WORDS; word++)
+            if (terminal->in[word].bits > 0)
+                in[word] = (dio_word)bus_entry_get(terminal->in[word]);
     }
 }
 
-void dio_send(struct host *host)
+static void dio_send(struct host *host)
 {
     for (size_t i = 0; i < host->terminal_count; i++) {
         struct terminal *terminal = &host->terminals[i];
-        const int32_t *out = &terminal->reg->Out0;
-        for (unsigned octet = 0; octet < 16; octet++)
-            if (terminal->out[octet].bits > 0)
-                bus_entry_set(terminal->out[octet], (uint64_t)(uint32_t)out[octet]);
+        const dio_word *out = DIO_OUT(terminal->reg);
+        for (unsigned word = 0; word < DIO_WORDS; word++)
+            if (terminal->out[word].bits > 0)
+                bus_entry_set(terminal->out[word], (uint64_t)(uint32_t)out[word]);
     }
 }
+
+const struct host_part host_dio = {
+    .name = "dio", .open = dio_open, .receive = dio_receive, .send = dio_send
+};

@@ -55,5 +55,7 @@ void evidence_clean(struct evidence *evidence)
         clean_entry(&evidence->messages[i].entry);
         end_text(evidence->messages[i].text, EVIDENCE_TEXT);
     }
+    for (unsigned i = 0; i < EVIDENCE_FAULTS; i++)
+        end_text(evidence->faults[i].text, sizeof evidence->faults[i].text);
     end_text(evidence->trouble, sizeof evidence->trouble);
 }

@@ -13,6 +13,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "bus/bus.h"
 #include "host/product.h"
 #include "machine/machine.h"
 
@@ -20,6 +21,7 @@
 #define EVIDENCE_MESSAGES  32
 #define EVIDENCE_TEXT      240
 #define EVIDENCE_AXES      4
+#define EVIDENCE_FAULTS    128
 
 /* Where in the run something was. Cycle counts from 0; before the first cycle it is
  * EVIDENCE_NO_CYCLE. */
@@ -45,6 +47,12 @@ struct evidence_message {
     uint64_t cycle;
     int32_t severity;
     char text[EVIDENCE_TEXT]; /* UTF-8, without trailing line ends */
+};
+
+/* Something that went wrong on the bus because the experiment wanted it. */
+struct evidence_fault {
+    int64_t time_ns; /* simulated; below 0: before the first cycle */
+    char text[BUS_FAULT_TEXT];
 };
 
 enum evidence_stage {
@@ -74,6 +82,9 @@ struct evidence {
 
     uint64_t message_count; /* all; the first EVIDENCE_MESSAGES are stored */
     struct evidence_message messages[EVIDENCE_MESSAGES];
+
+    uint64_t fault_count; /* all; the first EVIDENCE_FAULTS are stored */
+    struct evidence_fault faults[EVIDENCE_FAULTS];
 
     uint64_t op_cycle;   /* first cycle with every slave in OP, EVIDENCE_NO_CYCLE when never */
     uint64_t wkc_errors; /* exchanges with a working counter below the expected one, once in OP */

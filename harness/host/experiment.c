@@ -1,14 +1,24 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 #include "host/experiment.h"
 
+#include "bus/pcap.h"
+
 #include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
-/* Rows travel in blocks, so that a cycle costs no system call. */
+/* Rows and frames travel in blocks, so that a cycle costs no system call. */
 #define BLOCK_BYTES 32768
+
+_Static_assert(PCAP_BUFFER <= BLOCK_BYTES, "what a capture hands over fits a block");
+
+enum block_kind { BLOCK_ROWS = 1, BLOCK_FRAMES };
+
+struct block_head {
+    uint32_t kind, size;
+};
 
 struct block {
     const struct recording *recording;
@@ -21,22 +31,45 @@ struct job {
     const struct experiment *experiment;
     const struct image *image;
     const struct recording *recording;
+    struct host_config host; /* the experiment's, with the worker's own capture */
+    int pipe_fd;
+    struct pcap capture;
     struct block block;
 };
 
-static void block_flush(struct block *block)
+static void write_all(int fd, const void *data, size_t size)
 {
-    const char *at = (const char *)block->values;
-    size_t left = block->used * sizeof(double);
-    while (left > 0) {
-        const ssize_t written = write(block->fd, at, left);
+    const char *at = data;
+    while (size > 0) {
+        const ssize_t written = write(fd, at, size);
         if (written < 0 && errno != EINTR)
-            break; /* the parent is gone: nobody to tell */
+            return; /* the parent is gone: nobody to tell */
         if (written > 0) {
             at += written;
-            left -= (size_t)written;
+            size -= (size_t)written;
         }
     }
+}
+
+static void block_write(int fd, enum block_kind kind, const void *data, size_t size)
+{
+    const struct block_head head = { kind, (uint32_t)size };
+    if (size == 0)
+        return;
+    write_all(fd, &head, sizeof head);
+    write_all(fd, data, size);
+}
+
+static int send_frames(void *argument, const void *data, size_t size)
+{
+    const struct job *job = argument;
+    block_write(job->pipe_fd, BLOCK_FRAMES, data, size);
+    return 0;
+}
+
+static void block_flush(struct block *block)
+{
+    block_write(block->fd, BLOCK_ROWS, block->values, block->used * sizeof(double));
     block->used = 0;
 }
 
@@ -79,17 +112,17 @@ static int play(struct job *job, struct evidence *evidence, int pipe_fd, struct 
     return 0;
 }
 
-static int prepare(const struct experiment *experiment, const struct image *image, uint64_t hang_ns,
+static int prepare(const struct host_config *around, const struct image *image, uint64_t hang_ns,
                    struct evidence *evidence, struct machine **machine, struct host **host)
 {
-    const struct machine_config config = { .seed = experiment->host.seed,
+    const struct machine_config config = { .seed = around->seed,
                                            .poison = true,
                                            .hang_ns = hang_ns };
     int r = machine_load(machine, image, &config, evidence->trouble);
     if (r != 0)
         return r;
     evidence->stage = EVIDENCE_LOADED;
-    return host_open(host, &experiment->host, *machine, image, evidence, evidence->trouble);
+    return host_open(host, around, *machine, image, evidence, evidence->trouble);
 }
 
 /* In the worker process. */
@@ -99,9 +132,17 @@ static int body(void *argument, void *shared, int pipe_fd)
     struct evidence *evidence = shared;
     struct machine *machine = NULL;
     struct host *host = NULL;
-    int r = prepare(job->experiment, job->image, 0, evidence, &machine, &host);
+    job->pipe_fd = pipe_fd;
+    job->host = job->experiment->host;
+    if (job->host.capture != NULL) {
+        job->host.capture = &job->capture;
+        pcap_open(&job->capture, PCAP_RECORDS, send_frames, job, 0);
+    }
+    int r = prepare(&job->host, job->image, 0, evidence, &machine, &host);
     if (r == 0)
         r = play(job, evidence, pipe_fd, machine, host);
+    if (job->host.capture != NULL)
+        pcap_close(&job->capture);
     /* No clean-up: module code may have left the heap in any state, and the process ends here. */
     return r == 0 ? 0 : 1;
 }
@@ -117,7 +158,7 @@ int experiment_run_here(const struct experiment *experiment, const struct image 
     const uint64_t never = UINT64_C(86400) * 1000000000;
     struct machine *machine = NULL;
     struct host *host = NULL;
-    int r = prepare(experiment, image, never, evidence, &machine, &host);
+    int r = prepare(&experiment->host, image, never, evidence, &machine, &host);
     if (r == 0) {
         tgm_debug_module_loaded(image->path, (uint64_t)(uintptr_t)machine_address(machine, 0));
         run_cycles(experiment, host);
@@ -129,13 +170,69 @@ int experiment_run_here(const struct experiment *experiment, const struct image 
     return r;
 }
 
+/* What comes out of the pipe, put together again. The worker is not trusted: a block that is none
+ * ends it. */
 struct relay {
     experiment_progress *progress;
     void *argument;
-    const struct evidence *evidence;
-    size_t row_doubles, pending; /* bytes of an incomplete row */
-    char row[BLOCK_BYTES * 2 + 65536];
+    struct pcap *capture;
+    size_t row_doubles;
+    bool damaged;
+    size_t head_used, used;
+    struct block_head head;
+    double block[BLOCK_BYTES / sizeof(double)];
 };
+
+static size_t take(void *to, size_t *used, size_t wanted, const char *from, size_t size)
+{
+    const size_t missing = wanted - *used;
+    const size_t count = size < missing ? size : missing;
+    memcpy((char *)to + *used, from, count);
+    *used += count;
+    return count;
+}
+
+static bool head_is_sound(const struct relay *r)
+{
+    const size_t row = r->row_doubles * sizeof(double);
+    switch (r->head.kind) {
+    case BLOCK_ROWS:
+        return row > 0 && r->head.size > 0 && r->head.size <= BLOCK_BYTES &&
+               r->head.size % row == 0;
+    case BLOCK_FRAMES:
+        return r->capture != NULL && r->head.size > 0 && r->head.size <= BLOCK_BYTES;
+    default:
+        return false;
+    }
+}
+
+static void block_arrived(struct relay *r, const struct evidence *snapshot)
+{
+    if (r->head.kind == BLOCK_FRAMES)
+        r->damaged = pcap_append(r->capture, r->block, r->head.size) == -EBADMSG;
+    else if (r->progress != NULL)
+        r->progress(r->argument, snapshot, r->block,
+                    r->head.size / (r->row_doubles * sizeof(double)));
+    r->head_used = r->used = 0;
+}
+
+static void relay_data(struct relay *r, const struct evidence *snapshot, const char *from,
+                       size_t size)
+{
+    while (size > 0 && !r->damaged) {
+        size_t count;
+        if (r->head_used < sizeof r->head) {
+            count = take(&r->head, &r->head_used, sizeof r->head, from, size);
+            r->damaged = r->head_used == sizeof r->head && !head_is_sound(r);
+        } else {
+            count = take(r->block, &r->used, r->head.size, from, size);
+            if (r->used == r->head.size)
+                block_arrived(r, snapshot);
+        }
+        from += count;
+        size -= count;
+    }
+}
 
 static void relay(void *argument, const void *shared, const void *data, size_t size)
 {
@@ -143,22 +240,16 @@ static void relay(void *argument, const void *shared, const void *data, size_t s
     struct evidence snapshot;
     memcpy(&snapshot, shared, sizeof snapshot);
     evidence_clean(&snapshot);
-    const size_t row = r->row_doubles * sizeof(double);
-    const char *from = data;
-    while (size > 0 && row > 0) {
-        const size_t room = sizeof r->row - r->pending;
-        const size_t take = size < room ? size : room;
-        memcpy(r->row + r->pending, from, take);
-        from += take;
-        size -= take;
-        r->pending += take;
-        const size_t rows = r->pending / row;
-        r->progress(r->argument, &snapshot, (const double *)(const void *)r->row, rows);
-        memmove(r->row, r->row + rows * row, r->pending - rows * row);
-        r->pending -= rows * row;
-    }
-    if (from == data)
+    relay_data(r, &snapshot, data, size);
+    if (size == 0 && r->progress != NULL)
         r->progress(r->argument, &snapshot, NULL, 0);
+}
+
+static void note_damage(const struct relay *r, struct evidence *evidence)
+{
+    if (r->damaged && evidence->trouble[0] == '\0')
+        snprintf(evidence->trouble, sizeof evidence->trouble,
+                 "the worker's recording is damaged: it wrote what it should not");
 }
 
 int experiment_run(const struct experiment *experiment, const struct image *image,
@@ -176,17 +267,20 @@ int experiment_run(const struct experiment *experiment, const struct image *imag
     job->recording = recording;
     forward->progress = progress;
     forward->argument = argument;
+    forward->capture = experiment->host.capture;
     forward->row_doubles = recording != NULL ? 1 + recording->count : 0;
+    const bool bulk = recording != NULL || forward->capture != NULL;
     const struct worker_limits limits = {
         .wall_ns = experiment->wall_ns != 0
                        ? experiment->wall_ns
                        : UINT64_C(10000000000) + experiment->cycles * UINT64_C(2000000),
     };
-    r = worker_run(body, job, shared, &limits, progress != NULL ? relay : NULL, forward,
-                   recording != NULL, &result->worker);
+    r = worker_run(body, job, shared, &limits, progress != NULL || bulk ? relay : NULL, forward,
+                   bulk, &result->worker);
     if (r == 0) {
         memcpy(&result->evidence, shared, sizeof *shared);
         evidence_clean(&result->evidence);
+        note_damage(forward, &result->evidence);
     }
 out:
     if (shared != NULL)

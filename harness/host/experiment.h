@@ -5,6 +5,10 @@
  * experiment_run() makes a worker process, in it a machine and a host, plays the experiment and
  * brings the evidence back, whatever the module does. The same experiment on the same file gives
  * the same evidence (wall times excepted: there are none in it).
+ *
+ * A capture (host_config.capture) is written in this process: the worker's frames come through its
+ * pipe, and what is no frame is refused. The caller opens and closes it. Frames that a worker had
+ * not sent when it was killed are missing.
  */
 #ifndef HARNESS_HOST_EXPERIMENT_H
 #define HARNESS_HOST_EXPERIMENT_H

@@ -6,14 +6,22 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const struct bus_stimulus button = { .bit = 0,
-                                            .period_ns = 400000000,
-                                            .phase_ns = 100000000 };
-static const struct bus_device default_devices[] = {
-    { .type = "drive-cia402" },
-    { .type = "dio-8x8", .stimuli = &button, .stimulus_count = 1 },
-};
-const struct plant plant_default = { default_devices, 2, 1, 1 };
+static int parts_open(struct host *host, char why[HOST_WHY])
+{
+    int r = 0;
+    for (size_t i = 0; host_parts[i] != NULL && r == 0; i++)
+        if (host_parts[i]->open != NULL)
+            r = host_parts[i]->open(host, why);
+    return r;
+}
+
+/* Every part that wants to act at this moment, in order. */
+#define EACH_PART(host, moment)                                                                    \
+    do {                                                                                           \
+        for (size_t part_ = 0; host_parts[part_] != NULL; part_++)                                 \
+            if (host_parts[part_]->moment != NULL)                                                 \
+                host_parts[part_]->moment(host);                                                   \
+    } while (0)
 
 static int bus_start(struct host *host, char why[HOST_WHY])
 {
@@ -22,14 +30,17 @@ static int bus_start(struct host *host, char why[HOST_WHY])
         .device_count = host->config.plant->device_count,
         .cycle_ns = host->config.cycle_us * 1000,
         .seed = host->config.seed,
+        .faults = host->config.faults,
+        .faults_name = host->config.faults_name,
+        .capture = host->config.capture,
     };
-    int r = bus_open(&host->bus, &config, why);
-    if (r == 0)
-        r = servo_open(host, why);
-    if (r == 0)
-        r = dio_open(host, why);
-    if (r != 0)
-        return r;
+    return bus_open(&host->bus, &config, why);
+}
+
+static int bus_ready(struct host *host, char why[HOST_WHY])
+{
+    if (host->bus == NULL)
+        return 0;
     if (host->axis_count != host->config.plant->servos ||
         host->terminal_count != host->config.plant->dios) {
         snprintf(why, HOST_WHY,
@@ -61,8 +72,15 @@ static int find_entries(struct host *host, char why[HOST_WHY])
     return 0;
 }
 
-int host_open(struct host **out, const struct host_config *config, struct machine *machine,
-              const struct image *image, struct evidence *evidence, char why[HOST_WHY])
+static void close_host(struct host *host)
+{
+    if (host->bus != NULL)
+        bus_close(host->bus);
+    free(host);
+}
+
+static int open_host(struct host **out, const struct host_config *config, struct machine *machine,
+                     const struct image *image, struct evidence *evidence, char why[HOST_WHY])
 {
     int r = -ENOMEM;
     struct host *host = calloc(1, sizeof *host);
@@ -70,6 +88,7 @@ int host_open(struct host **out, const struct host_config *config, struct machin
         snprintf(why, HOST_WHY, "no memory");
         return r;
     }
+    host->ops = &HOST_OPS;
     host->config = *config;
     host->machine = machine;
     host->image = image;
@@ -91,23 +110,18 @@ int host_open(struct host **out, const struct host_config *config, struct machin
     if (r == 0 && !config->without_bus)
         r = bus_start(host, why);
     if (r == 0)
+        r = parts_open(host, why);
+    if (r == 0)
+        r = bus_ready(host, why);
+    if (r == 0)
         memories_mutate(host);
 out:
     if (r != 0) {
-        host_close(host);
+        close_host(host);
         return r;
     }
     *out = host;
     return 0;
-}
-
-void host_close(struct host *host)
-{
-    if (host == NULL)
-        return;
-    if (host->bus != NULL)
-        bus_close(host->bus);
-    free(host);
 }
 
 static void record_incident(struct host *host, enum entry entry,
@@ -147,26 +161,18 @@ static bool call(struct host *host, enum entry entry)
     return true;
 }
 
-bool host_start(struct host *host)
+static bool start(struct host *host)
 {
     host->evidence->cycle = EVIDENCE_NO_CYCLE;
     if (!call(host, ENTRY_INI) || host->evidence->calls[ENTRY_INI].last_value != 1)
         return false;
     host->evidence->cycle = 0;
-    if (host->bus != NULL)
+    if (host->bus != NULL) {
+        bus_supervise(host->bus, true);
         bus_request_op(host->bus);
+        bus_faults_begin(host->bus, host->bus_zero);
+    }
     return true;
-}
-
-/* TIMERS: one step each millisecond; up counts for ever, down stops at 0. */
-static void timers_advance(struct host *host)
-{
-    TIMERS *timers = &host->system->Timers;
-    for (const uint64_t ms = host->now_ns / 1000000; host->timer_ms < ms; host->timer_ms++)
-        for (int i = 0; i < MAX_TIMER_UP; i++) {
-            timers->Timer_Up[i]++;
-            timers->Timer_Down[i] -= timers->Timer_Down[i] > 0;
-        }
 }
 
 static void note_bus(struct host *host)
@@ -189,34 +195,40 @@ static void note_axes(struct host *host)
         evidence->axis_position[i] = host->axes[i].reg->Position;
 }
 
+static void note_faults(struct host *host)
+{
+    struct evidence *evidence = host->evidence;
+    struct bus_fault_event event;
+    while (bus_fault_log(host->bus, evidence->fault_count, &event)) {
+        if (evidence->fault_count < EVIDENCE_FAULTS) {
+            struct evidence_fault *fault = &evidence->faults[evidence->fault_count];
+            fault->time_ns = (int64_t)(event.time_ns - host->bus_zero);
+            snprintf(fault->text, sizeof fault->text, "%s", event.text);
+        }
+        evidence->fault_count++;
+    }
+}
+
 static void receive(struct host *host)
 {
-    host->system->Header.Life_Tick++;
-    host->system->Main.Servo_Tick++;
-    timers_advance(host);
-    if (host->bus == NULL)
-        return;
-    if (host->cycle > 0) {
+    EACH_PART(host, cycle);
+    if (host->bus != NULL && host->cycle > 0) {
         const int wkc = bus_receive(host->bus, host->bus_zero + host->now_ns);
         host->exchanged = host->exchanged || wkc > 0;
         if (wkc < bus_expected_wkc(host->bus) && host->evidence->op_cycle != EVIDENCE_NO_CYCLE)
             host->evidence->wkc_errors++;
-        bus_poll_state(host->bus, host->poll_next);
-        host->poll_next = (host->poll_next + 1) % bus_slave_count(host->bus);
+        bus_poll_states(host->bus);
         note_bus(host);
     }
-    servo_receive(host);
-    dio_receive(host);
+    EACH_PART(host, receive);
     note_axes(host);
 }
 
 static void send(struct host *host)
 {
-    if (host->bus == NULL)
-        return;
-    servo_send(host);
-    dio_send(host);
-    bus_send(host->bus, host->bus_zero + host->now_ns);
+    EACH_PART(host, send);
+    if (host->bus != NULL)
+        bus_send(host->bus, host->bus_zero + host->now_ns);
 }
 
 /* Program_03, 02, 01 in what is left of the slot, each when its period is due; missed periods are
@@ -241,50 +253,71 @@ static void slot_run(struct host *host, const struct slot *slot)
         receive(host);
     if (slot->actions & SLOT_SEND)
         send(host);
+    if (slot->actions & SLOT_PROFILE)
+        EACH_PART(host, profile);
+    EACH_PART(host, slot);
     if (slot->actions & SLOT_PROGRAM_05)
         call(host, ENTRY_05);
     if (slot->actions & SLOT_PROGRAM_04)
         call(host, ENTRY_04);
-    if ((slot->actions & SLOT_OSCILLOSCOPE) && host->sample != NULL)
-        host->sample(host->sample_argument, host);
+    if (slot->actions & SLOT_OSCILLOSCOPE) {
+        EACH_PART(host, sample);
+        if (host->sample != NULL)
+            host->sample(host->sample_argument, host);
+    }
     background(host);
 }
 
-bool host_cycle(struct host *host)
+static uint64_t time_of(const struct host *host)
+{
+    return host->cycle * host->config.cycle_us * UINT64_C(1000);
+}
+
+static bool cycle(struct host *host)
 {
     struct evidence *evidence = host->evidence;
     evidence->cycle = host->cycle;
     for (size_t i = 0; i < host->schedule->slot_count; i++)
         slot_run(host, &host->schedule->slots[i]);
+    if (host->bus != NULL)
+        note_faults(host);
     host->cycle++;
     evidence->cycles_done = host->cycle;
-    evidence->time_ns = host_time(host);
+    evidence->time_ns = time_of(host);
     for (int entry = ENTRY_01; entry < ENTRY_COUNT; entry++)
         if (!evidence->calls[entry].disabled)
             return true;
     return false;
 }
 
-void host_on_sample(struct host *host, host_sample *sample, void *argument)
+static void on_sample(struct host *host, host_sample *sample, void *argument)
 {
     host->sample = sample;
     host->sample_argument = argument;
 }
 
-uint64_t host_cycles(const struct host *host)
+static uint64_t cycles(const struct host *host)
 {
     return host->cycle;
 }
 
-uint64_t host_time(const struct host *host)
+static const void *register_at(const struct host *host, const struct catalogue_register *reg)
 {
-    return host->cycle * host->config.cycle_us * UINT64_C(1000);
-}
-
-const void *host_register(const struct host *host, const struct catalogue_register *reg)
-{
-    for (size_t i = 0; catalogue_memory(i) != NULL; i++)
-        if (catalogue_memory(i) == reg->memory)
+    for (size_t i = 0; catalogue_memory(host->catalogue, i) != NULL; i++)
+        if (catalogue_memory(host->catalogue, i) == reg->memory)
             return (const char *)host->memory[i] + reg->offset;
     return NULL;
 }
+
+const struct host_ops HOST_OPS = {
+    .generation = TGM_GENERATION,
+    .memory_id = ID_MEMORY_COMPATIBILITY,
+    .open = open_host,
+    .close = close_host,
+    .start = start,
+    .cycle = cycle,
+    .on_sample = on_sample,
+    .cycles = cycles,
+    .time = time_of,
+    .register_at = register_at,
+};

@@ -7,6 +7,10 @@
  * blocking part of the bus start (scan to SAFEOP); after it, host_start() and host_cycle() allocate
  * nothing and make no system call. Time is simulated: it advances by the schedule only.
  *
+ * TG Motion 4.21, 5.00 and 5.02 lay their memories out differently. What touches registers is
+ * compiled once for each layout (host_parts.h); the functions below find the one that the product
+ * needs. Nothing outside the host room sees a layout.
+ *
  * Which slave becomes which register group: bus order; every CiA 402 axis is the next SERVO, every
  * slave without axes that has process data is the next DIO.
  */
@@ -41,9 +45,13 @@ enum mutation_kind {
     MUTATION_NONE,
     MUTATION_NULL_DATA,     /* pData is NULL */
     MUTATION_STRUCT_SIZE,   /* structSize = value */
-    MUTATION_NULL_FUNCTION, /* the function pointer at byte offset value of PLC_DATA is NULL */
+    MUTATION_NULL_FUNCTION, /* value is an enum plc_function: its pointer is NULL */
     MUTATION_COMPATIBILITY  /* HEADER.Compatibility_Id = value */
 };
+
+/* The functions that the manual advises a module to test against NULL. Generation 5 has the first
+ * and the last. */
+enum plc_function { PLC_STRING, PLC_LONG, PLC_SWPRINTF, PLC_SLEEP };
 
 struct mutation {
     enum mutation_kind kind;
@@ -56,11 +64,14 @@ struct host_config {
     uint32_t program_period_us[3]; /* Program_01..03; 0 = the product's default */
     uint64_t seed;
     const struct plant *plant;
+    const char *faults,
+        *faults_name; /* what goes wrong on the bus (docs/faults.md); NULL: nothing */
     bool without_bus; /* no slaves are made: for experiments that only call Program_Ini */
     struct mutation mutation;
+    struct pcap *capture; /* where the frames of the bus go; NULL: nowhere */
 };
 
-struct host;
+struct host; /* its first member says which layout it was made for */
 
 /* Taken right after Program_04 of every cycle, where the oscilloscope samples. */
 typedef void host_sample(void *argument, struct host *host);

@@ -7,9 +7,9 @@
 #include <stdio.h>
 #include <string.h>
 
-static size_t memory_size(const char *name)
+static size_t memory_size(const struct host *host, const char *name)
 {
-    const struct catalogue_memory *memory = catalogue_memory_named(name);
+    const struct catalogue_memory *memory = catalogue_memory_named(host->catalogue, name);
     return memory != NULL ? memory->size : 0;
 }
 
@@ -18,23 +18,30 @@ static void fill_header(struct host *host)
     const struct product *product = host->config.product;
     HEADER *h = &host->system->Header;
     size_t count = 0;
-    while (catalogue_memory(count) != NULL)
+    while (catalogue_memory(host->catalogue, count) != NULL)
         count++;
     h->Compatibility_Id = product->compatibility_id;
     h->CompatibilityMem_Id = product->memory_id;
     h->CompatibilityCnc_Id = product->cnc_id;
     h->Mem_Number = (uint32_t)count;
-    h->Mem_Size_System = (uint32_t)memory_size("TGM_System");
-    h->Mem_Size_Data = (uint32_t)memory_size("TGM_Data");
-    h->Mem_Size_Cam = (uint32_t)memory_size("TGM_Cam_Profile");
-    h->Mem_Size_Osc = (uint32_t)memory_size("TGM_Oscilloscope");
-    h->Mem_Size_Servo = (uint32_t)memory_size("TGM_Servo");
-    h->Mem_Size_Dio = (uint32_t)memory_size("TGM_Dio");
-    h->Mem_Size_Interpolator = (uint32_t)memory_size("TGM_Interpolator");
-    h->Mem_Size_InterpolatorWrite = (uint32_t)memory_size("InterpolatorWriteMemory");
-    h->Mem_Size_InterpolatorRead = (uint32_t)memory_size("InterpolatorReadMemory");
-    h->Mem_Size_Ods = (uint32_t)memory_size("TGM_ODS");
-    h->Mem_Size_CncEx = (uint32_t)memory_size("TGM_CNCEX");
+    h->Mem_Size_System = (uint32_t)memory_size(host, "TGM_System");
+    h->Mem_Size_Data = (uint32_t)memory_size(host, "TGM_Data");
+    h->Mem_Size_Cam = (uint32_t)memory_size(host, "TGM_Cam_Profile");
+    h->Mem_Size_Osc = (uint32_t)memory_size(host, "TGM_Oscilloscope");
+    h->Mem_Size_Servo = (uint32_t)memory_size(host, "TGM_Servo");
+    h->Mem_Size_Dio = (uint32_t)memory_size(host, "TGM_Dio");
+    h->Mem_Size_Interpolator = (uint32_t)memory_size(host, "TGM_Interpolator");
+    h->Mem_Size_InterpolatorWrite = (uint32_t)memory_size(host, "InterpolatorWriteMemory");
+    h->Mem_Size_InterpolatorRead = (uint32_t)memory_size(host, "InterpolatorReadMemory");
+    h->Mem_Size_Ods = (uint32_t)memory_size(host, "TGM_ODS");
+    h->Mem_Size_CncEx = (uint32_t)memory_size(host, "TGM_CNCEX");
+#if TGM_GENERATION == 5
+    h->Mem_Size_General = (uint32_t)memory_size(host, "TGM_General");
+    h->Mem_Size_CncOds = (uint32_t)memory_size(host, "TGM_CNCODS");
+#if TGM_MEMORY_ID == 906
+    h->Product_Id = product->product_id;
+#endif
+#endif
 }
 
 static void fill_main(struct host *host)
@@ -70,19 +77,26 @@ static int plc_data_open(struct host *host, char why[HOST_WHY])
         host->plc_data_module[entry] = module;
         memset(own, 0, sizeof(PLC_DATA));
         host->plc_data[entry]->structSize = sizeof(PLC_DATA);
-        services_bind(host, &host->plc_data[entry]->functions);
-        for (size_t i = 0; catalogue_memory(i) != NULL; i++)
-            if (catalogue_memory(i)->pointer >= 0)
-                memcpy((char *)own + catalogue_memory(i)->pointer, &host->memory[i],
-                       sizeof(void *));
+        services_bind(host, host->plc_data[entry]);
+        for (size_t i = 0; catalogue_memory(host->catalogue, i) != NULL; i++)
+            if (catalogue_memory(host->catalogue, i)->pointer >= 0)
+                memcpy((char *)own + catalogue_memory(host->catalogue, i)->pointer,
+                       &host->memory[i], sizeof(void *));
     }
     return 0;
 }
 
 int memories_open(struct host *host, char why[HOST_WHY])
 {
-    for (size_t i = 0; catalogue_memory(i) != NULL; i++) {
-        const struct catalogue_memory *memory = catalogue_memory(i);
+    const struct product *product = host->config.product;
+    host->catalogue = catalogue_find(product->generation, (int)product->memory_id);
+    if (host->catalogue == NULL) {
+        snprintf(why, HOST_WHY, "no layout for generation %d, memory id %u", product->generation,
+                 product->memory_id);
+        return -EINVAL;
+    }
+    for (size_t i = 0; catalogue_memory(host->catalogue, i) != NULL; i++) {
+        const struct catalogue_memory *memory = catalogue_memory(host->catalogue, i);
         void *module;
         if (i >= HOST_MEMORIES) {
             snprintf(why, HOST_WHY, "more than %d shared memories in the catalogue", HOST_MEMORIES);
@@ -100,6 +114,30 @@ int memories_open(struct host *host, char why[HOST_WHY])
     return plc_data_open(host, why);
 }
 
+static void take_function_away(PLC_IMPORT_FUNCTIONS *functions, enum plc_function which)
+{
+    switch (which) {
+    case PLC_STRING:
+        functions->GENERATION(pRtWprintf_String, pRtWprintf_String_Severity) = NULL;
+        break;
+    case PLC_SLEEP:
+        functions->pSleepFt = NULL;
+        break;
+#if TGM_GENERATION == 4
+    case PLC_LONG:
+        functions->pRtWprintf_Long = NULL;
+        break;
+    case PLC_SWPRINTF:
+        functions->pswprintf = NULL;
+        break;
+#else
+    case PLC_LONG:
+    case PLC_SWPRINTF:
+        break;
+#endif
+    }
+}
+
 void memories_mutate(struct host *host)
 {
     PLC_DATA *data = host->plc_data[ENTRY_INI];
@@ -114,7 +152,7 @@ void memories_mutate(struct host *host)
         data->structSize = m->value;
         break;
     case MUTATION_NULL_FUNCTION:
-        memset((char *)data + m->value, 0, sizeof(void *));
+        take_function_away(&data->functions, (enum plc_function)m->value);
         break;
     case MUTATION_COMPATIBILITY:
         host->system->Header.Compatibility_Id = (uint32_t)m->value;

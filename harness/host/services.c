@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
-/* The diagnostic functions that a module of generation 4 finds in PLC_DATA. */
+/* The functions that a module finds in PLC_DATA. */
 #include "host/host_parts.h"
 
 #include <stdarg.h>
@@ -12,20 +12,60 @@
 /* Services have no context argument: they act for the one host of this worker process. */
 static struct host *service_host;
 
-static void record_message(int32_t severity, const uint16_t *text)
+/* Where the next message goes, NULL when there is no room; it is counted in any case. */
+static struct evidence_message *next_message(int32_t severity)
 {
     struct evidence *evidence = service_host->evidence;
     const uint64_t at = evidence->message_count++;
     if (at >= EVIDENCE_MESSAGES)
-        return;
+        return NULL;
     struct evidence_message *message = &evidence->messages[at];
     message->entry = evidence->entry;
     message->cycle = evidence->cycle;
     message->severity = severity;
-    size_t length = text16_to_utf8(message->text, sizeof message->text, text);
+    return message;
+}
+
+static void trim(struct evidence_message *message, size_t length)
+{
     while (length > 0 && (message->text[length - 1] == '\n' || message->text[length - 1] == '\r'))
         message->text[--length] = '\0';
 }
+
+static void record_text16(int32_t severity, const uint16_t *text)
+{
+    struct evidence_message *message = next_message(severity);
+    if (message != NULL)
+        trim(message, text16_to_utf8(message->text, sizeof message->text, text));
+}
+
+#if TGM_GENERATION == 5
+/* The whole text is read, as the real console does: a module that forgot its end is found. */
+static void record_text8(int32_t severity, const char *text)
+{
+    struct evidence_message *message = next_message(severity);
+    const size_t length = strlen(text);
+    const size_t room = sizeof message->text - 1;
+    if (message == NULL)
+        return;
+    memcpy(message->text, text, length < room ? length : room);
+    message->text[length < room ? length : room] = '\0';
+    trim(message, strlen(message->text));
+}
+
+static int32_t service_string(uint32_t id_and_severity, const tgm_char *text)
+{
+    machine_service_enter(service_host->machine, "pRtWprintf_String_Severity",
+                          __builtin_return_address(0));
+    const int32_t severity = (int32_t)(id_and_severity >> ODS_SEVERITY_SHIFT & ODS_SEVERITY_MASK);
+    if (service_host->config.product->text8)
+        record_text8(severity, (const char *)text);
+    else
+        record_text16(severity, text);
+    machine_service_leave(service_host->machine);
+    return 0;
+}
+#else
 
 static int32_t service_string(const tgm_wchar *text)
 {
@@ -33,7 +73,7 @@ static int32_t service_string(const tgm_wchar *text)
     int32_t length = 0;
     while (text[length] != 0)
         length++;
-    record_message(0, text);
+    record_text16(0, text);
     machine_service_leave(service_host->machine);
     return length;
 }
@@ -43,7 +83,7 @@ static int32_t service_long(const tgm_wchar *format, int32_t value)
     tgm_wchar text[SERVICE_TEXT];
     machine_service_enter(service_host->machine, "pRtWprintf_Long", __builtin_return_address(0));
     int32_t length = text16_format(text, SERVICE_TEXT, format, value);
-    record_message(0, text);
+    record_text16(0, text);
     machine_service_leave(service_host->machine);
     return length;
 }
@@ -67,14 +107,16 @@ static int32_t service_ex(int32_t severity, const tgm_wchar *format, ...)
     va_start(arguments, format);
     int32_t length = text16_vformat(text, SERVICE_TEXT, format, arguments);
     va_end(arguments);
-    record_message(severity, text);
+    record_text16(severity, text);
     machine_service_leave(service_host->machine);
     return length;
 }
 
+#endif
+
 /* Every function runs to completion on the simulated clock, so a wait lets nothing else run (R17).
  */
-static void service_sleep(TGM_LARGE_INTEGER *pause)
+static void service_sleep(GENERATION(TGM_LARGE_INTEGER, PLC_LARGE_INTEGER) * pause)
 {
     machine_service_enter(service_host->machine, "pSleepFt", __builtin_return_address(0));
     (void)*(volatile int64_t *)&pause->QuadPart;
@@ -91,14 +133,37 @@ static int32_t service_can(uint32_t number, uint32_t id, uint32_t dlc, uint8_t *
     return 0;
 }
 
-void services_bind(struct host *host, PLC_IMPORT_FUNCTIONS *functions)
+#if TGM_GENERATION == 5 && TGM_MEMORY_ID == 906
+static const char *device_info(void)
 {
+    return service_host->config.product->device_name;
+}
+
+static intptr_t service_info(const char *name, uint32_t opmode)
+{
+    machine_service_enter(service_host->machine, "pGetFunctionOrInfo", __builtin_return_address(0));
+    const bool known = opmode == 0 && strcmp(name, "pcGetDeviceInfo_v") == 0;
+    machine_service_leave(service_host->machine);
+    return known ? (intptr_t)device_info : 0;
+}
+#endif
+
+void services_bind(struct host *host, PLC_DATA *data)
+{
+    PLC_IMPORT_FUNCTIONS *functions = &data->functions;
     service_host = host;
+#if TGM_GENERATION == 4
     functions->pRtWprintf_String = service_string;
     functions->pRtWprintf_Long = service_long;
     functions->pswprintf = service_swprintf;
+    functions->pRtWprintf_Ex = service_ex;
+#else
+    functions->pRtWprintf_String_Severity = service_string;
+#endif
     functions->pSleepFt = service_sleep;
     functions->pCAN_Transmit = service_can;
     functions->pCAN_TransmitRemote = service_can;
-    functions->pRtWprintf_Ex = service_ex;
+#if TGM_GENERATION == 5 && TGM_MEMORY_ID == 906
+    data->pGetFunctionOrInfo = service_info;
+#endif
 }

@@ -70,9 +70,9 @@ static int axis_open(struct host *host, size_t slave, unsigned number, char why[
     return 0;
 }
 
-int servo_open(struct host *host, char why[HOST_WHY])
+static int servo_open(struct host *host, char why[HOST_WHY])
 {
-    for (size_t slave = 0; slave < bus_slave_count(host->bus); slave++)
+    for (size_t slave = 0; host->bus != NULL && slave < bus_slave_count(host->bus); slave++)
         for (unsigned number = 0; number < bus_slave(host->bus, slave)->axes; number++) {
             int r = axis_open(host, slave, number, why);
             if (r != 0)
@@ -121,7 +121,7 @@ static void axis_receive(struct host *host, struct axis *axis)
     receive_position(axis, host_cycle_seconds(host));
 }
 
-void servo_receive(struct host *host)
+static void servo_receive(struct host *host)
 {
     for (size_t i = 0; i < host->axis_count; i++)
         axis_receive(host, &host->axes[i]);
@@ -182,8 +182,12 @@ static void axis_send(struct host *host, struct axis *axis)
     bus_entry_set(axis->target, (uint64_t)llround(next));
 }
 
-void servo_send(struct host *host)
+static void servo_send(struct host *host)
 {
     for (size_t i = 0; i < host->axis_count; i++)
         axis_send(host, &host->axes[i]);
 }
+
+const struct host_part host_servo = {
+    .name = "servo", .open = servo_open, .receive = servo_receive, .send = servo_send
+};

@@ -255,7 +255,9 @@ static int open_bytes(struct image **out, const char *path, uint8_t *bytes, size
     image->target_name = "";
     image->path = strdup(path);
     image->lines = lines_new();
-    int error = image->path == NULL || image->lines == NULL ? -ENOMEM : 0;
+    image->routines = stack_new();
+    int error =
+        image->path == NULL || image->lines == NULL || image->routines == NULL ? -ENOMEM : 0;
     if (error == 0) {
         hash(image);
         error = describe(image);
@@ -303,6 +305,7 @@ void image_close(struct image *image)
         return;
     drop_contents(image);
     lines_free(image->lines);
+    stack_free(image->routines);
     free(image->path);
     free(image->bytes);
     free(image);

@@ -209,8 +209,9 @@ struct image {
     uint64_t relro_begin, relro_end;
     bool has_debug_lines;
 
-    void *lines; /* private to lines.c */
-    void *texts; /* private to image_text.c: names that do not stand in the file as they are */
+    void *lines;    /* private to lines.c */
+    void *routines; /* private to stack.c */
+    void *texts;    /* private to image_text.c: names that do not stand in the file as they are */
 };
 
 /* A place in the module as a person wants to read it. */
@@ -251,16 +252,40 @@ const struct image_segment *image_segment_at(const struct image *image, uint64_t
  */
 void image_where(const struct image *image, uint64_t vaddr, struct image_place *place);
 
-/* Frames of the module's functions, as its debug information states them (call frame information). */
-struct image_stack {
-    uint64_t functions; /* that have debug information */
-    uint64_t unknown;   /* of them, those whose frame has no fixed size */
-    uint64_t sum;       /* bytes of all known frames, return addresses included: without recursion no call
-                           takes more */
-    uint64_t largest;   /* bytes of the largest one */
+/* Why a stack figure is no bound. */
+enum image_stack_limit {
+    IMAGE_STACK_BOUNDED,
+    IMAGE_STACK_RECURSION,  /* a function is called again before it has returned */
+    IMAGE_STACK_POINTER,    /* so may one be by a call through a pointer */
+    IMAGE_STACK_JUMP,       /* a jump through a pointer or table that could not be followed */
+    IMAGE_STACK_VARIABLE,   /* the stack pointer moves by what is computed at run time */
+    IMAGE_STACK_LOOP,       /* the stack grows with each turn of a loop */
+    IMAGE_STACK_UNBALANCED, /* more is taken off the stack than was put on */
+    IMAGE_STACK_CODE,       /* control reaches what is no instruction of the file */
+    IMAGE_STACK_LARGE,      /* more code, or more stack, than is looked at */
+    IMAGE_STACK_UNKNOWN     /* nothing is known: no process, or the analysis did not end well */
 };
 
-/* False when the file says nothing about its frames. What TG Motion's own functions take is not in it. */
-bool image_stack(const struct image *image, struct image_stack *stack);
+/* An exported function (or the entry point) as its machine code shows it. */
+struct image_routine {
+    uint64_t vaddr;
+    uint64_t
+        size; /* bytes from its first instruction to the end of the last one that control reaches
+                 without a gap, constants among and behind them included; 0: not known */
+    uint64_t stack; /* bytes that a call takes at most, return address and all functions of the
+                       module that it calls included, TG Motion's functions not. With a limit, what
+                       is known of it: it may take more */
+    enum image_stack_limit limit;
+    uint64_t where; /* with a limit: the instruction that it is about */
+    bool outside;   /* it calls functions of TG Motion, whose stack comes on top */
+};
+
+/*
+ * NULL for what is neither exported code nor the entry point. Taken for granted is that the
+ * module's functions keep to the calling convention with each other. The first call for an image
+ * reads its code in a short-lived child process, as image_where() does; where none can be made, the
+ * limit is IMAGE_STACK_UNKNOWN.
+ */
+const struct image_routine *image_routine(const struct image *image, uint64_t vaddr);
 
 #endif

@@ -88,11 +88,22 @@ struct line_table {
     size_t row_count;
     char *text; /* file names, each ended by a zero byte */
     size_t text_size;
-    struct image_stack stack; /* functions == 0: not known */
 };
 
-/* lines_stack.c: in the child; dwarf is libdw's Dwarf of the image. */
-void lines_stack(const struct image *image, void *dwarf, struct image_stack *stack);
+/*
+ * Runs work(image, block) in a child process that can do nothing but compute; block is shared
+ * memory, and untrusted afterwards. False when there can be no such process or it ended badly.
+ */
+bool image_in_child(void (*work)(const struct image *, void *), const struct image *image,
+                    void *block);
+
+/* State behind image_routine(). NULL when memory ran out. */
+struct stack_routines;
+struct stack_routines *stack_new(void);
+void stack_free(struct stack_routines *routines);
+
+/* The work of image_routine(), for the child: fills everything but vaddr. */
+void stack_measure(const struct image *image, struct image_routine *routines, size_t count);
 
 /*
  * Reads the debug information of an image. libdw is handed hostile bytes here, so it works in a

@@ -125,14 +125,3 @@ void image_where(const struct image *image, uint64_t vaddr, struct image_place *
     load(image, lines);
     find_line(&lines->table, vaddr, function != NULL && place->offset == 0, place);
 }
-
-bool image_stack(const struct image *image, struct image_stack *stack)
-{
-    struct lines *lines = image->lines;
-    *stack = (struct image_stack){ 0 };
-    if (lines == NULL)
-        return false;
-    load(image, lines);
-    *stack = lines->table.stack;
-    return stack->functions > stack->unknown;
-}

@@ -92,7 +92,9 @@ int pe_read(struct image *image)
     if (pe_read_headers(&pe) && pe_read_sections(&pe) && pe_check_directories(&pe) &&
         pe_check_symbol_table(&pe) && pe_read_imports(&pe) && pe_read_delay_imports(&pe) &&
         pe_read_relocs(&pe) && pe_read_exports(&pe) && pe_read_tls(&pe) && pe_check_relocs(&pe) &&
-        pe_read_symbols(&pe) && pe_read_lists(&pe))
+        pe_read_symbols(&pe) && pe_read_lists(&pe)) {
+        pe_read_unwind(&pe);
         look_for_debug_lines(image);
+    }
     return pe.error;
 }

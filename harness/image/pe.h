@@ -124,4 +124,7 @@ const char *pe_coff_string(const struct pe_strings *strings, uint32_t offset);
 /* False for lack of memory only. */
 bool pe_read_symbols(struct pe *pe);
 
+/* pe_unwind.c: after the symbols */
+void pe_read_unwind(struct pe *pe);
+
 #endif

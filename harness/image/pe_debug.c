@@ -13,7 +13,7 @@
 
 static const char *const wanted[] = { ".debug_abbrev",   ".debug_info",     ".debug_line",
                                       ".debug_line_str", ".debug_str",      ".debug_addr",
-                                      ".debug_ranges",   ".debug_rnglists", ".debug_frame" };
+                                      ".debug_ranges",   ".debug_rnglists" };
 enum { WANTED = sizeof wanted / sizeof wanted[0], SECTIONS = WANTED + 2 };
 
 /* A section's bytes in the file. */

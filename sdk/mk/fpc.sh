@@ -42,7 +42,7 @@ awk -v source="$source" -v dynamic="$dynamic" -v first="$first" -v here="$PWD/" 
         if (name ~ /getmem|freemem|new|help_|dispose/)
             return "there is no heap; declare a variable of the size you need"
         if (name ~ /write|read|output|input|iocheck|reset|rewrite|close|text|assert/)
-            return "there is no console and no file; use pswprintf and pRtWprintf_String of pData^.functions"
+            return "there is no console and no file; build text with tgm_sdk and print it with pRtWprintf_String of pData^.functions"
         if (name ~ /except|raise|catch|setjmp|done|safecall/)
             return "exceptions need a run-time library; return a value that says what went wrong"
         if (name ~ /variant|olevar|dispatch/)

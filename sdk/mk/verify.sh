@@ -154,11 +154,16 @@ function_at() { # object section offset
         '$4 == "FUNC" && $7 == s && substr("0000000000000000" $2, length($2) + 1) == v {print $8; exit}'
 }
 
-# The variables that the initialiser of a C++ file writes: what its code refers to and is no function.
+# The variables that the initialiser of a C++ file writes: what its code refers to and is no function. A static
+# one goes by its section's name (-fdata-sections): .bss.NAME, in COFF .data$NAME. One inside a function (_ZZ) is
+# initialised there.
 initialised() { # object function
     "$OBJDUMP" -dr --no-show-raw-insn --disassemble="$2" "$1" 2>/dev/null |
-        sed -n 's/.*R_[A-Z0-9_]*[ \t]*\([^ \t]*\)$/\1/p; s/.*IMAGE_REL_[A-Z0-9_]*[ \t]*\([^ \t]*\)$/\1/p' |
-        sed 's/[-+]0x[0-9a-f]*$//; s/^\.\(bss\|data\)\.//' | c++filt | grep -vE '^\.|\(|^vtable' | sort -u | tr '\n' ' '
+        sed -n 's/.*R_[A-Z0-9_]*[ \t]*\([^ \t]*\)$/\1/p; t
+            s/.*IMAGE_REL_[A-Z0-9_]*[ \t]*\([^ \t]*\)$/\1/p; t
+            s/.*[ \t]\(dir32\|DISP32\|secrel32\)[ \t]*\([^ \t]*\)$/\2/p' |
+        sed 's/[-+]0x[0-9a-f]*$//' | plain | sed 's/^\.\(bss\|data\)[.$]//' | grep -v '^_ZZ' | c++filt | sed 's/(anonymous namespace):://g' |
+        grep -vE '^\.|\(|^vtable|^$' | sort -u | tr '\n' ' '
 }
 
 check_constructors() { # object; section + offset of each function in an initialiser array -> name and line

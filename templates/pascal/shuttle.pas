@@ -14,7 +14,14 @@ unit shuttle;
 interface
 
 uses
-  tgm_gen4;
+{$if defined(TGM_MEMORY_905)}
+  tgm_gen5_905,
+{$elseif defined(TGM_MEMORY_906)}
+  tgm_gen5_906,
+{$else}
+  tgm_gen4,
+{$endif}
+  tgm_sdk;
 
 // The six functions that TG Motion calls: exactly these names, letter case included.
 function Program_Ini(pData: PPLC_DATA): LongInt; cdecl; public name 'Program_Ini';
@@ -28,7 +35,7 @@ implementation
 
 const
   SHUTTLE_VERSION = 100; // 1.00
-  INFO_SIZE = 160;
+  LINE_SIZE = 80;
 
   // The machine, in revolutions of the motor and seconds. Double(...): README.md says why.
   HOMING_SPEED = Double(1.0); // rev/s, towards the home switch
@@ -86,8 +93,67 @@ var
     strokes: LongWord;
     faults: LongWord;
     told: LongWord; // state last reported by Program_01
-    info: array[0..INFO_SIZE - 1] of WideChar;
+    line: array[0..LINE_SIZE - 1] of WideChar;
   end;
+
+// What differs between the generations of TG Motion: names, the words of an I/O unit, the console.
+{$ifdef TGM_GENERATION_4}
+function SystemOf(pData: PPLC_DATA): PSYSTEM; inline;
+begin
+  SystemOf := pData^.PSystem_Memory;
+end;
+
+procedure FindMemories(pData: PPLC_DATA);
+begin
+  plc.system := pData^.PSystem_Memory;
+  plc.servo := pData^.PServo_Memory;
+  plc.dio := pData^.PDio_Memory;
+  plc.status := pData^.PData_Memory;
+end;
+
+function InputBits: LongInt; inline; // the first octet
+begin
+  InputBits := plc.dio^.In0;
+end;
+
+procedure OutputBits(bits: LongInt); inline;
+begin
+  plc.dio^.Out0 := bits;
+end;
+
+procedure Say(pData: PPLC_DATA; text: PWideChar);
+begin
+  pData^.functions.pRtWprintf_String(text);
+end;
+{$else}
+function SystemOf(pData: PPLC_DATA): PSYSTEM; inline;
+begin
+  SystemOf := pData^.pSystem_Memory;
+end;
+
+procedure FindMemories(pData: PPLC_DATA);
+begin
+  plc.system := pData^.pSystem_Memory;
+  plc.servo := pData^.pServo_Memory;
+  plc.dio := pData^.pDio_Memory;
+  plc.status := pData^.pData_Memory;
+end;
+
+function InputBits: LongInt; inline; // the first 32 inputs
+begin
+  InputBits := LongInt(plc.dio^.&In[0]);
+end;
+
+procedure OutputBits(bits: LongInt); inline;
+begin
+  plc.dio^.&Out[0] := LongWord(bits);
+end;
+
+procedure Say(pData: PPLC_DATA; text: PWideChar);
+begin
+  pData^.functions.pRtWprintf_String_Severity(ODS_ID_PLC, text);
+end;
+{$endif}
 
 // One step of a trapezoidal profile: the fastest speed from which it can still stop at the target.
 procedure ProfileStep(var p: Profile; target, topSpeed, acceleration, cycle: Double);
@@ -123,55 +189,60 @@ begin
   end;
 end;
 
-// The checks the manual advises, in its order.
-function ConditionsAreMet(pData: PPLC_DATA): Boolean;
+// "shuttle: moving": begins a line of the console in plc.line.
+procedure LineBegin(out text: tgm_text; beginning: PWideChar);
+begin
+  tgm_text_init(text, plc.line, LINE_SIZE);
+  tgm_text_utf16(text, beginning);
+end;
+
+procedure LineSay(pData: PPLC_DATA; var text: tgm_text);
+begin
+  tgm_text_utf16(text, #10);
+  Say(pData, plc.line);
+end;
+
+// What this machine needs beyond the checks that the manual advises (tgm_check_start).
+function MachineIsThere(pData: PPLC_DATA): Boolean;
 var
   system: PSYSTEM;
+  text: tgm_text;
 begin
-  ConditionsAreMet := False;
-  if (pData = nil) or (pData^.structSize <> SizeOf(PLC_DATA)) then
-    Exit;
-  with pData^.functions do
-    if not (Assigned(pRtWprintf_Long) and Assigned(pRtWprintf_String) and Assigned(pswprintf) and Assigned(pSleepFt)) then
-      Exit;
-
-  system := pData^.PSystem_Memory;
-  if system^.Header.Compatibility_Id <> ID_COMPATIBILITY then
+  system := SystemOf(pData);
+  MachineIsThere := (system^.Main.Number_Servos >= 1) and (system^.Main.Number_Dios >= 1) and
+    (system^.Header.Mem_Size_Data >= SizeOf(ShuttleStatus));
+  if not MachineIsThere then
   begin
-    pData^.functions.pswprintf(plc.info, INFO_SIZE,
-      'shuttle: not started: made for compatibility id %d, TG Motion has %d'#10,
-      ID_COMPATIBILITY, system^.Header.Compatibility_Id);
-    pData^.functions.pRtWprintf_String(plc.info);
-    Exit;
+    LineBegin(text, 'shuttle: not started: one servo and one I/O unit are needed');
+    LineSay(pData, text);
   end;
-  if (system^.Main.Number_Servos < 1) or (system^.Main.Number_Dios < 1) or
-     (system^.Header.Mem_Size_Data < SizeOf(ShuttleStatus)) then
-  begin
-    pData^.functions.pRtWprintf_String('shuttle: not started: one servo and one I/O unit are needed'#10);
-    Exit;
-  end;
-  ConditionsAreMet := True;
 end;
 
 function Program_Ini(pData: PPLC_DATA): LongInt; cdecl;
+var
+  text: tgm_text;
 begin
-  if not ConditionsAreMet(pData) then
+  if tgm_check_start(pData) = 0 then
+    Exit(0);
+  if not MachineIsThere(pData) then
     Exit(0);
 
   FillChar(plc, SizeOf(plc), 0);
-  plc.system := pData^.PSystem_Memory;
-  plc.servo := pData^.PServo_Memory;
-  plc.dio := pData^.PDio_Memory;
-  plc.status := pData^.PData_Memory;
+  FindMemories(pData);
   plc.cycle := plc.system^.Main.Servo_SetCycleTime * Double(1e-6);
   plc.rev := plc.servo^.Resolution;
   plc.state := WAIT_FOR_BUS;
   plc.told := $FFFFFFFF;
   plc.status^.version := SHUTTLE_VERSION;
 
-  pData^.functions.pswprintf(plc.info, INFO_SIZE, 'shuttle %d.%02d started, cycle %d us'#10,
-    SHUTTLE_VERSION div 100, SHUTTLE_VERSION mod 100, plc.system^.Main.Servo_SetCycleTime);
-  pData^.functions.pRtWprintf_String(plc.info);
+  LineBegin(text, 'shuttle ');
+  tgm_text_unsigned(text, SHUTTLE_VERSION div 100, 0, ' ');
+  tgm_text_utf16(text, '.');
+  tgm_text_unsigned(text, SHUTTLE_VERSION mod 100, 2, '0');
+  tgm_text_utf16(text, ' started, cycle ');
+  tgm_text_unsigned(text, plc.system^.Main.Servo_SetCycleTime, 0, ' ');
+  tgm_text_utf16(text, ' us');
+  LineSay(pData, text);
   Program_Ini := 1;
 end;
 
@@ -179,13 +250,15 @@ end;
 function Program_01(pData: PPLC_DATA): LongInt; cdecl;
 var
   state: LongWord;
+  text: tgm_text;
 begin
   state := plc.status^.state;
   if state <> plc.told then
   begin
     plc.told := state;
-    pData^.functions.pswprintf(plc.info, INFO_SIZE, 'shuttle: %ls'#10, StateName(state));
-    pData^.functions.pRtWprintf_String(plc.info);
+    LineBegin(text, 'shuttle: ');
+    tgm_text_utf16(text, StateName(state));
+    LineSay(pData, text);
   end;
   Program_01 := 1;
 end;
@@ -207,7 +280,7 @@ begin
   now.fault := plc.servo^.Status = SERVO_FAULT;
   now.homeSwitch := plc.servo^.DigitalIn and HOME_SWITCH <> 0;
   now.position := plc.servo^.Position;
-  now.bits := plc.dio^.In0;
+  now.bits := InputBits;
 end;
 
 // While the servo is not enabled, the set-point follows the carriage, so that enabling never jumps.
@@ -306,7 +379,7 @@ begin
   else
     plc.servo^.Control := 0;
   plc.servo^.WritePosition := plc.profile.position;
-  plc.dio^.Out0 := now.bits and 1;
+  OutputBits(now.bits and 1);
 
   plc.status^.state := Ord(plc.state);
   plc.status^.strokes := plc.strokes;

@@ -16,6 +16,7 @@ IMAGE_MODULES := $(addprefix $(IMAGE_DIR)/,six.so six_lld.so six_stripped.so six
 	six_nostack.so six_filter.so six.o six_exec six_pie six_i386.so six_arm.so six.dll \
 	start.so start_lld.so start_null.so old.so libc.so libc_lld.so \
 	six_arm_lld.so six_thumb.so six_arm_relr.so start_arm.so flat.elf flat.tgm.bin \
+	stack.so stack_back.so stack_i386.dll stack_arm.so six_pdata.dll \
 	$(foreach m,x86_64 i686,six_mingw_$m.dll six_mingw_$(m)_stripped.dll six_lld_$m.dll \
 	pe_mingw_$m.dll pe_lld_$m.dll pe_delay_$m.dll pe_ctors_$m.dll pe_exe_$m.exe))
 
@@ -77,6 +78,19 @@ $(IMAGE_DIR)/libc.so: $(IMAGE_MODULE_SRC)/image_libc.c
 	gcc -O2 -g -shared -fPIC $< -o $@
 $(IMAGE_DIR)/libc_lld.so: $(IMAGE_MODULE_SRC)/image_libc.c
 	clang -O2 -g -shared -fPIC -fuse-ld=lld $< -o $@
+
+# --- functions of known depth --------------------------------------------------------------------
+$(IMAGE_DIR)/stack.so: tests/machine_modules/stack.S
+	gcc -shared -nostdlib -Wl,-Bsymbolic -Wl,-z,noexecstack $< -o $@
+$(IMAGE_DIR)/stack_back.so: tests/machine_modules/stack.S
+	gcc -DBACK -shared -nostdlib -Wl,-Bsymbolic -Wl,-z,noexecstack $< -o $@
+$(IMAGE_DIR)/stack_i386.dll: $(IMAGE_MODULE_SRC)/stack_i386.S
+	i686-w64-mingw32-gcc -nostdlib -shared -Wl,-e,0 -Wl,--no-insert-timestamp -Wl,--dynamicbase,--nxcompat $< -o $@
+$(IMAGE_DIR)/stack_arm.so: $(IMAGE_MODULE_SRC)/stack_arm.S
+	arm-linux-gnueabihf-gcc -shared -nostdlib -Wl,-z,notext -Wl,-Bsymbolic $< -o $@
+$(IMAGE_DIR)/six_pdata.dll: $(IMAGE_SIX)
+	x86_64-w64-mingw32-gcc $(filter-out -fno-asynchronous-unwind-tables,$(IMAGE_MINGW_FLAGS)) -Wl,-e,0 \
+	    -Wl,--dynamicbase,--nxcompat $< sdk/link/pe64.def -o $@
 
 # --- Arm -----------------------------------------------------------------------------------------
 IMAGE_ARM := arm-linux-gnueabihf-gcc -marm -march=armv7-a -mfpu=vfpv3-d16 $(IMAGE_CFLAGS) $(IMAGE_LINK)

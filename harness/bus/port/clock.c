@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 #include "osal.h"
+#include "bus/fiber.h"
 #include "bus/port/clock.h"
 
 /* Any fixed moment will do for the start; it has to lie behind 2000-01-01, where distributed clocks
@@ -16,6 +17,18 @@ struct bus_clock *bus_clock_enter(struct bus_clock *clock)
     return previous;
 }
 
+void bus_clock_wait(struct bus_clock *clock, uint64_t until_ns)
+{
+    if (!clock->fiber || !fiber_inside(clock->fiber)) {
+        bus_clock_reach(clock, until_ns);
+        return;
+    }
+    clock->wake_ns = until_ns;
+    do {
+        fiber_yield(clock->fiber);
+    } while (clock->now_ns < until_ns);
+}
+
 static ec_timet time_at(uint64_t us)
 {
     ec_timet t = { (uint32)(EPOCH_S + us / US_PER_S), (uint32)(us % US_PER_S) };
@@ -30,7 +43,7 @@ ec_timet osal_current_time(void)
 
 int osal_usleep(uint32 usec)
 {
-    current->now_ns += (uint64_t)usec * NS_PER_US;
+    bus_clock_wait(current, current->now_ns + (uint64_t)usec * NS_PER_US);
     return 0;
 }
 

@@ -3,7 +3,7 @@
  * nicdrv.h - SOEM's network port, here a wire into a function instead of a socket.
  *
  * SOEM reaches into txbuf, txbuflength and rxbuf (received frames without the Ethernet header) and
- * into the fields of redundancy; everything else is ours. Redundancy is not offered.
+ * into the fields of redundancy; everything else is ours.
  */
 #ifndef HARNESS_BUS_PORT_NICDRV_H
 #define HARNESS_BUS_PORT_NICDRV_H
@@ -15,6 +15,8 @@
 
 struct wire; /* the far end of the cable: wire.h */
 
+/* With redundancy both ends of the segment belong to one port structure, because they lead to one
+ * wire: nothing is left for the second one. */
 typedef struct {
     int unused;
 } ecx_redportt;
@@ -29,6 +31,9 @@ typedef struct {
     ec_bufT txbuf[EC_MAXBUF];
     ec_bufT rxbuf[EC_MAXBUF];
     ec_bufT air;
+
+    bool redundant;    /* a frame that comes back where it went in is sent into the other end */
+    uint64_t one_sided; /* frames for which that was necessary */
 
     /* Named by ecx_init_redundant() only. */
     ecx_redportt *redport;

@@ -51,8 +51,13 @@ void ec_setupheader(void *p)
 int ecx_setupnic(ecx_portt *port, const char *ifname, int secondary)
 {
     (void)ifname;
-    if (secondary || !port->wire || !port->clock)
+    if (!port->wire || !port->clock)
         return 0;
+    if (secondary) {
+        port->redundant = true;
+        return 1;
+    }
+    port->redundant = false;
     port->lastidx = 0;
     for (int i = 0; i < EC_MAXBUF; i++) {
         ec_setupheader(port->txbuf[i]);
@@ -87,19 +92,37 @@ void ecx_setbufstat(ecx_portt *port, uint8 idx, int bufstat)
     port->rxbufstat[idx] = bufstat;
 }
 
+/* In a closed ring a frame comes back at the other end, with all slaves behind it. Where the ring
+ * is broken it comes back where it went in, and takes the other way to reach the rest: working
+ * counters and data of both parts add up in it, as in SOEM's own port. */
+static bool around(ecx_portt *port, size_t length, uint64_t *back_ns)
+{
+    enum segment_port side = SEGMENT_PORT_A;
+    uint64_t now_ns = port->clock->now_ns, later_ns;
+    bool back = wire_transfer(port->wire, &side, port->air, length, now_ns, back_ns);
+
+    if (!port->redundant || (back && side == SEGMENT_PORT_B))
+        return back;
+    port->one_sided++;
+    side = SEGMENT_PORT_B;
+    if (wire_transfer(port->wire, &side, port->air, length, back ? *back_ns : now_ns, &later_ns))
+        *back_ns = later_ns;
+    else
+        return back;
+    return true;
+}
+
 /* SOEM sends the same txbuf again when an answer stays away, so it must stay as it is: the segment
  * works on a copy. */
 int ecx_outframe_red(ecx_portt *port, uint8 idx)
 {
     size_t length = (size_t)port->txbuflength[idx];
     size_t padded = length < FRAME_MIN ? FRAME_MIN : length;
-    enum segment_port side = SEGMENT_PORT_A;
 
     port->rxbufstat[idx] = EC_BUF_TX;
     memcpy(port->air, port->txbuf[idx], length);
     memset(port->air + length, 0, padded - length);
-    if (!wire_transfer(port->wire, &side, port->air, padded, port->clock->now_ns,
-                       &port->back_ns[idx]))
+    if (!around(port, padded, &port->back_ns[idx]))
         return (int)padded;
     memcpy(port->rxbuf[idx], port->air + HEADER, length - HEADER);
     port->rxbufstat[idx] = EC_BUF_RCVD;
@@ -117,10 +140,10 @@ int ecx_waitinframe(ecx_portt *port, uint8 idx, int timeout)
     uint64_t patience_ns = port->clock->now_ns + (uint64_t)timeout * US;
 
     if (port->rxbufstat[idx] != EC_BUF_RCVD || port->back_ns[idx] > patience_ns) {
-        bus_clock_reach(port->clock, patience_ns);
+        bus_clock_wait(port->clock, patience_ns);
         return EC_NOFRAME;
     }
-    bus_clock_reach(port->clock, port->back_ns[idx]);
+    bus_clock_wait(port->clock, port->back_ns[idx]);
     port->rxbufstat[idx] = EC_BUF_COMPLETE;
     return last_wkc(port->rxbuf[idx]);
 }

@@ -5,8 +5,8 @@
  *
  * Include <tgm_plc.h> with TGM_GENERATION=4, not this file.
  * Each member states its offset in bytes (64-bit target), its access from the PLC's side (R: TG
- * Motion writes, the PLC reads; W: the PLC writes; RW: both; -: not stated by the manual), its
- * unit and its meaning.
+ * Motion writes, the PLC reads; W: the PLC writes; RW: both; parts: its own members say it), its
+ * unit and its meaning. "(L5)" behind the access: no document states it, docs/decisions.md does.
  * "(5.00)" behind the offset: no document gives the generation 4 position, the one of generation
  * 5.00 is assumed (docs/decisions.md, L1).
  */
@@ -40,11 +40,11 @@
 #define NAME_INTERPOLATOR_READ_MEMORY                "InterpolatorReadMemory" /* memory name; content unpublished (g5) */
 #define NAME_ODS_MEMORY                              "TGM_ODS"      /* memory name; content unpublished (g5) */
 #define NAME_CNCEX_MEMORY                            "TGM_CNCEX"    /* memory name; content cnc TGM_CNC_MEMORY x1 (g5) */
-#define SIZE_DATA_MEMORY                             524288         /* bytes (g5) */
-#define SIZE_CAM_PROFILE_MEMORY                      1048576        /* bytes (g5) */
-#define SIZE_CNCEX_MEMORY                            65536          /* bytes (g5) */
-#define MAX_PLC_FILE_NAME_SIZE                       512            /* UTF-16 units including terminator (g5) */
-#define MAX_ECAT_DRIVER_FILE_NAME_SIZE               512            /* UTF-16 units (g5) */
+#define SIZE_DATA_MEMORY                             524288         /* bytes of TGM_Data, usual; HEADER.Mem_Size_Data has the real size (g5) */
+#define SIZE_CAM_PROFILE_MEMORY                      1048576        /* bytes of TGM_Cam_Profile (g5) */
+#define SIZE_CNCEX_MEMORY                            65536          /* bytes of TGM_CNCEX (g5) */
+#define MAX_PLC_FILE_NAME_SIZE                       512            /* UTF-16 units of MAIN.PLC_Name, terminator included (g5) */
+#define MAX_ECAT_DRIVER_FILE_NAME_SIZE               512            /* UTF-16 units of MAIN.EtherCatDriver (g5) */
 #define PLC_CTRL_LOAD_BIT                            0x01u          /* MAIN.PLC_Ctrl: load (g5) */
 #define PLC_CTRL_RESET_BIT                           0x02u          /* MAIN.PLC_Ctrl: reset (g5) */
 #define PLC_CTRL_PAUSE_BIT                           0x04u          /* MAIN.PLC_Ctrl: pause (g5) */
@@ -52,171 +52,180 @@
 #define PLC_CTRL_DISABLE_DIO_BIT                     0x10u          /* MAIN.PLC_Ctrl: outputs off, not implemented (g5) */
 #define FIXED_NUMBER_OF_INTERPOLATORS                3              /* array length inside MAIN on all hosts (g5) */
 #define N_OSC_CHANNELS                               32             /* oscilloscope channels (g5) */
-#define MAX_SYSTEM_MEMORY_SIZE                       8192           /* bytes of TGM_System; hidden in 5.02 pages (g5) */
-#define MAX_ECAT_DRIVES                              2              /* driver records; hidden in 5.02 pages (g5) */
-#define SIZE_EEPROM_MEMORY                           2752           /* computed: data bytes left in TGM_System (g5) */
-#define SDO_CONTROL_FINISHED                         0              /* SDO.Control idle (g5) */
-#define SDO_CONTROL_WRITE                            1              /* SDO.Control request (g5) */
-#define SDO_CONTROL_READ                             2              /* SDO.Control request (g5) */
-#define SDO_STATUS_OK                                0              /* SDO.Status (g5) */
-#define SDO_STATUS_BUSY                              1              /* SDO.Status; any positive value possible (g5) */
-#define SDO_STATUS_ERR                               (-1)           /* SDO.Status; code in SDO.Data (g5) */
-#define MFUNC_NUMBER_PAR                             26             /* letters A-Z (g5) */
+#define MAX_SYSTEM_MEMORY_SIZE                       8192           /* bytes of TGM_System; not printed in the 5.02 pages (g5) */
+#define MAX_ECAT_DRIVES                              2              /* network driver records in SYSTEM; not printed in the 5.02 pages (g5) */
+#define SIZE_EEPROM_MEMORY                           2752           /* bytes of EEPROM.Data: what is left in TGM_System (g5) */
+#define SDO_CONTROL_FINISHED                         0              /* SDO.Control: idle, the next request may be made (g5) */
+#define SDO_CONTROL_WRITE                            1              /* SDO.Control: write Data to the object (g5) */
+#define SDO_CONTROL_READ                             2              /* SDO.Control: read the object into Data (g5) */
+#define SDO_STATUS_OK                                0              /* SDO.Status: the last transfer is finished (g5) */
+#define SDO_STATUS_BUSY                              1              /* SDO.Status: transfer in progress; any positive value means it (g5) */
+#define SDO_STATUS_ERR                               (-1)           /* SDO.Status: the transfer failed, its error code is in SDO.Data (g5) */
+#define MFUNC_NUMBER_PAR                             26             /* parameters of an M-function, letters A to Z (g5) */
 #define MAX_LOOKHEAD_BUFFER_SIZE                     8              /* look-ahead items (g5) */
-#define SERVO_TYPE_VIRTUAL                           0              /* simulated servo (g5) */
-#define SERVO_TYPE_SERVOSTAR_300_700                 3              /* ServoStar 300 or 700 (g5) */
-#define SERVO_TYPE_AKD                               5              /* AKD drive (g5) */
-#define SERVO_TYPE_TGZ                               9              /* TGZ drive (g5) */
-#define SERVO_TYPE_INVALID                           0xFFFFFFFFu    /* unusable type; value changed between 5.00 and 5.02 (g5) */
-#define OSC_DATA_TYPE_I32_DEC                        0              /* int32, shown decimal (g5) */
-#define OSC_DATA_TYPE_I32_HEX                        1              /* int32, shown hexadecimal (g5) */
-#define OSC_DATA_TYPE_I32_BIN                        2              /* int32, shown binary (g5) */
-#define OSC_DATA_TYPE_UI32_DEC                       3              /* uint32, shown decimal (g5) */
-#define OSC_DATA_TYPE_I64_DEC                        4              /* int64, shown decimal (g5) */
-#define OSC_DATA_TYPE_I64_HEX                        5              /* int64, shown hexadecimal (g5) */
-#define OSC_DATA_TYPE_I64_BIN                        6              /* int64, shown binary (g5) */
-#define OSC_DATA_TYPE_UI64_DEC                       7              /* uint64, shown decimal (g5) */
-#define OSC_DATA_TYPE_DOUBLE                         8              /* 64-bit float (g5) */
-#define OSC_DATA_TYPE_FLOAT                          9              /* 32-bit float (g5) */
-#define OSC_DATA_TYPE_ASTRING                        10             /* 8-bit or UTF-8 text (g5) */
-#define OSC_DATA_TYPE_WSTRING                        11             /* UTF-16 text (g5) */
-#define OSC_DATA_TYPE_I32_BIN_EX                     12             /* int32, one trace per bit (g5) */
-#define OSC_DATA_TYPE_I64_BIN_EX                     13             /* int64, one trace per bit (g5) */
+#define SERVO_TYPE_VIRTUAL                           0              /* SERVO.Type: simulated servo (g5) */
+#define SERVO_TYPE_SERVOSTAR_300_700                 3              /* SERVO.Type: ServoStar 300 or 700 (g5) */
+#define SERVO_TYPE_AKD                               5              /* SERVO.Type: AKD drive (g5) */
+#define SERVO_TYPE_TGZ                               9              /* SERVO.Type: TGZ drive (g5) */
+#define SERVO_TYPE_INVALID                           0xFFFFFFFFu    /* SERVO.Type: unusable type; value changed between 5.00 and 5.02 (g5) */
+#define OSC_DATA_TYPE_I32_DEC                        0              /* type of a recorded or trigger value: int32, shown decimal (g5) */
+#define OSC_DATA_TYPE_I32_HEX                        1              /* type of a recorded or trigger value: int32, shown hexadecimal (g5) */
+#define OSC_DATA_TYPE_I32_BIN                        2              /* type of a recorded or trigger value: int32, shown binary (g5) */
+#define OSC_DATA_TYPE_UI32_DEC                       3              /* type of a recorded or trigger value: uint32, shown decimal (g5) */
+#define OSC_DATA_TYPE_I64_DEC                        4              /* type of a recorded or trigger value: int64, shown decimal (g5) */
+#define OSC_DATA_TYPE_I64_HEX                        5              /* type of a recorded or trigger value: int64, shown hexadecimal (g5) */
+#define OSC_DATA_TYPE_I64_BIN                        6              /* type of a recorded or trigger value: int64, shown binary (g5) */
+#define OSC_DATA_TYPE_UI64_DEC                       7              /* type of a recorded or trigger value: uint64, shown decimal (g5) */
+#define OSC_DATA_TYPE_DOUBLE                         8              /* type of a recorded or trigger value: 64-bit float (g5) */
+#define OSC_DATA_TYPE_FLOAT                          9              /* type of a recorded or trigger value: 32-bit float (g5) */
+#define OSC_DATA_TYPE_ASTRING                        10             /* type of a recorded or trigger value: 8-bit or UTF-8 text (g5) */
+#define OSC_DATA_TYPE_WSTRING                        11             /* type of a recorded or trigger value: UTF-16 text (g5) */
+#define OSC_DATA_TYPE_I32_BIN_EX                     12             /* type of a recorded or trigger value: int32, one trace per bit (g5) */
+#define OSC_DATA_TYPE_I64_BIN_EX                     13             /* type of a recorded or trigger value: int64, one trace per bit (g5) */
 #define INTERPOLATOR_COMMANDS_NONE_00                0              /* idle, previous command done (g5) */
-#define ECAT_REGISTER_CONTROL_READY_00               0              /* idle (g5) */
-#define ECAT_REGISTER_CONTROL_WRITE_01               1              /* request (g5) */
-#define ECAT_REGISTER_CONTROL_READ_02                2              /* request (g5) */
-#define ECAT_REGISTER_CONTROL_ERROR_03               3              /* failed, next request allowed (g5) */
-#define ECAT_REGISTER_CONTROL_BUSY_04                4              /* in progress (g5) */
-#define INTERPOLATOR_STATUS_EMPTY_00                 0              /* buffer empty (g5) */
-#define ODS_SEVERITY_INFO_00                         0              /* informational (g5) */
-#define ODS_SEVERITY_WARNING_01                      1              /* warning (g5) */
-#define ODS_SEVERITY_ERROR_02                        2              /* error (g5) */
+#define ECAT_REGISTER_CONTROL_READY_00               0              /* ECAT_REGISTER.Control: idle, the next request may be made (g5) */
+#define ECAT_REGISTER_CONTROL_WRITE_01               1              /* ECAT_REGISTER.Control: write Data to the register (g5) */
+#define ECAT_REGISTER_CONTROL_READ_02                2              /* ECAT_REGISTER.Control: read the register into Data (g5) */
+#define ECAT_REGISTER_CONTROL_ERROR_03               3              /* ECAT_REGISTER.Control: failed, Data is 0, the next request may be made (g5) */
+#define ECAT_REGISTER_CONTROL_BUSY_04                4              /* ECAT_REGISTER.Control: transfer in progress (g5) */
+#define INTERPOLATOR_STATUS_EMPTY_00                 0              /* INTERPOLATOR.Status: buffer empty, no motion possible (g5) */
+#define ODS_SEVERITY_INFO_00                         0              /* severity of a console message: information (g5) */
+#define ODS_SEVERITY_WARNING_01                      1              /* severity of a console message: warning (g5) */
+#define ODS_SEVERITY_ERROR_02                        2              /* severity of a console message: error (g5) */
 #define SERVO_RESET_FAULT_BIT0                       0x01u          /* SERVO.Control: clear fault (g5) */
 #define SERVO_DISABLE_TORQUE_BIT1                    0x02u          /* SERVO.Control: torque off, AKD and ServoStar (g5) */
 #define SERVO_RESET_ETHERCAT_BIT2                    0x04u          /* SERVO.Control: device reset, reserved (g5) */
 #define SERVO_CALC_TORQUE_BIT3                       0x08u          /* SERVO.Control: automatic torque, AKD and TGZ (g5) */
-#define SERVO_COMMUNICATIONS_FAULT                   (-1)           /* SERVO.Status (g5) */
-#define SERVO_NO_RESPONSE                            0              /* SERVO.Status (g5) */
-#define SERVO_FAULT                                  1              /* SERVO.Status (g5) */
+#define SERVO_COMMUNICATIONS_FAULT                   (-1)           /* SERVO.Status: communication fault (g5) */
+#define SERVO_NO_RESPONSE                            0              /* SERVO.Status: the drive does not answer (g5) */
+#define SERVO_FAULT                                  1              /* SERVO.Status: drive fault, code in SERVO.Error (g5) */
 #define SERVO_READY_DISABLE                          2              /* SERVO.Status: ready, torque off (g5) */
 #define SERVO_READY_ENABLE                           3              /* SERVO.Status: ready, torque on (g5) */
 #define DIO_RESET_FAULT_BIT0                         0x01u          /* DIO.Control: clear fault (g5) */
-#define MAIN_SAFETYEVENT_NONE                        0              /* normal (g5) */
-#define MAIN_SAFETYEVENT_IMMEDIATE_STOP              0x36363636u    /* servos hold present positions (g5) */
-#define MAIN_SAFETYEVENT_ECAT_BROKEN                 0x2A2A2A2Au    /* EtherCAT link lost (g5) */
-#define MAIN_SAFETYEVENT_CONTROLLED_STOP             0x4E4E4E4Eu    /* servos ramp to zero speed, DIO outputs cleared (g5) */
-#define PG_TYPE_SIN2                                 5              /* sine-squared acceleration (g5) */
-#define PG_MODE_DECELERATING                         2              /* read only, braking in position mode (g5) */
-#define GEAR_MODE_OFF                                0              /* GEAR.Mode */
-#define GEAR_MODE_LINEAR                             1              /* GEAR.Mode */
-#define GEAR_MODE_CAM                                2              /* GEAR.Mode */
-#define GEAR_SOURCEPOSITION_WRITE_POSITION           1              /* GEAR.SourcePosition */
-#define GEAR_SOURCEPOSITION_POSITION                 2              /* GEAR.SourcePosition */
-#define GEAR_SOURCEPOSITION_SERVO_TICK               3              /* GEAR.SourcePosition */
-#define GEAR_SOURCEPOSITION_EXT_POSITION             4              /* GEAR.SourcePosition */
-#define GEAR_CAMTYPE_REVERSIBLE                      0              /* GEAR.CamType */
-#define GEAR_CAMTYPE_FORWARD                         1              /* GEAR.CamType */
-#define GEAR_CAMTAB_CAM_MEMORY                       0              /* GEAR.CamTab */
-#define GEAR_CAMTAB_DATA_MEMORY                      1              /* GEAR.CamTab */
-#define GEAR_CAMEXPCONTROL_EXT_CAM_1                 0x01u          /* bit */
-#define GEAR_CAMEXPCONTROL_EXT_CAM_2                 0x02u          /* bit */
-#define INTERPOLATOR_COMMAND_STATUS_DONE             0              /* INTERPOLATOR.Command_Status */
-#define INTERPOLATOR_COMMAND_STATUS_RUNNING          1              /* INTERPOLATOR.Command_Status */
-#define INTERPOLATOR_COMMAND_STATUS_ERROR            (-1)           /* INTERPOLATOR.Command_Status */
-#define INTERPOLATOR_RUN_FLAG_STOP                   0              /* low half */
-#define INTERPOLATOR_RUN_FLAG_RUN                    1              /* low half */
-#define INTERPOLATOR_RUN_FLAG_WAIT_WINDOW            2              /* low half, turning */
-#define INTERPOLATOR_RUN_FLAG_WAIT_PULSE             3              /* low half, turning */
-#define INTERPOLATOR_RUN_FLAG_WAIT_MFUNC             4              /* low half, M-function started */
-#define INTERPOLATOR_RUN_FLAG_WAIT_MFUNC_END         5              /* low half, awaiting M-function end */
-#define INTERPOLATOR_RUN_FLAG_SPEED_STANDSTILL       1              /* high half */
-#define INTERPOLATOR_RUN_FLAG_SPEED_ACCELERATING     2              /* high half */
-#define INTERPOLATOR_RUN_FLAG_SPEED_REACHED          3              /* high half */
-#define INTERPOLATOR_RUN_FLAG_SPEED_DECELERATING     4              /* high half */
-#define INTERPOLATOR_RUN_FLAG_SPEED_NEXT_SEGMENT     5              /* high half */
-#define INTERPOLATOR_RUN_FLAG_SPEED_LAST_DECELERATION 6              /* high half */
-#define INTERPOLATOR_RUN_FLAG_SPEED_EMERGENCY_RAMP   7              /* high half */
-#define INTERPOLATOR_M_FUNC_CONTINUOUS_ABOVE         1000           /* M above this does not wait */
-#define INTERPOLATOR_LOOK_AHEAD_ENTRY_MOVEMENTTYPE_INVALID 0              /* INTERPOLATOR_LOOK_AHEAD_ENTRY.movementType */
-#define INTERPOLATOR_LOOK_AHEAD_ENTRY_MOVEMENTTYPE_G 1              /* INTERPOLATOR_LOOK_AHEAD_ENTRY.movementType */
-#define INTERPOLATOR_LOOK_AHEAD_ENTRY_MOVEMENTTYPE_M 2              /* code may be negative for internal functions */
-#define INTERPOLATOR_LOOK_AHEAD_ENTRY_ANGLE_NOT_AN_ARC 1e38           /* values above this */
-#define EEPROM_CONTROL_CONTROL_LOAD                  1              /* EEPROM_CONTROL.Control (g5) */
-#define EEPROM_CONTROL_CONTROL_SAVE                  2              /* EEPROM_CONTROL.Control (g5) */
-#define EEPROM_CONTROL_STATUS_READY                  0              /* EEPROM_CONTROL.Status (g5) */
-#define EEPROM_CONTROL_STATUS_BUSY                   1              /* EEPROM_CONTROL.Status (g5) */
-#define EEPROM_CONTROL_STATUS_ERROR                  (-1)           /* EEPROM_CONTROL.Status (g5) */
-#define PG_MODE_SPEED                                0              /* PG.Mode (g5) */
-#define PG_MODE_POSITION                             1              /* PG.Mode (g5) */
-#define PG_TYPE_HARMONIC_ASYMMETRIC                  0              /* PG.Type (g5) */
-#define PG_TYPE_HARMONIC_SYMMETRIC                   1              /* PG.Type (g5) */
-#define PG_TYPE_FULL_HARMONIC                        2              /* PG.Type (g5) */
-#define PG_TYPE_TRAPEZOID                            3              /* PG.Type (g5) */
-#define PG_TYPE_TRAPEZOID_JERK_LIMITED               4              /* PG.Type (g5) */
-#define COMMAND_CONTROL_DONE                         0              /* COMMAND.Control (g5) */
-#define COMMAND_CONTROL_PG_SPEED                     1              /* COMMAND.Control (g5) */
-#define COMMAND_CONTROL_PG_ABSOLUTE                  2              /* COMMAND.Control (g5) */
-#define COMMAND_CONTROL_PG_RELATIVE                  3              /* COMMAND.Control (g5) */
-#define COMMAND_CONTROL_SET_REFERENCE                4              /* COMMAND.Control (g5) */
-#define COMMAND_CONTROL_STOP                         5              /* cancels positioning (g5) */
-#define COMMAND_CONTROL_GEAR                         6              /* linear or cam (g5) */
-#define COMMAND_CONTROL_GEAR_CANCEL                  7              /* COMMAND.Control (g5) */
-#define SERVO_MODE_USER                              9              /* WritePosition taken from TransformedPosition; other modes unpublished here (g5) */
-#define SHARED_MEMORY_SYSTEM                         0              /* TGM_System per osc chapter */
-#define SHARED_MEMORY_DATA                           1              /* TGM_Data per osc chapter */
-#define SHARED_MEMORY_CAM_PROFILE                    2              /* TGM_Cam_Profile per osc chapter */
-#define SHARED_MEMORY_OSCILLOSCOPE                   3              /* TGM_Oscilloscope per osc chapter */
-#define SHARED_MEMORY_SERVO                          4              /* TGM_Servo per osc chapter */
-#define SHARED_MEMORY_DIO                            5              /* TGM_Dio per osc chapter */
-#define SHARED_MEMORY_INTERPOLATOR                   6              /* TGM_Interpolator per osc chapter */
-#define SHARED_MEMORY_INTERPOLATOR_WRITE             7              /* InterpolatorWriteMemory per osc chapter */
-#define SHARED_MEMORY_INTERPOLATOR_READ              8              /* InterpolatorReadMemory per osc chapter */
-#define SHARED_MEMORY_ODS                            9              /* TGM_ODS per osc chapter */
-#define SHARED_MEMORY_CNC_EX                         10             /* TGM_CNCEX per osc chapter */
-#define SHARED_MEMORY_GCODE                          11             /* TGM_GCODE per osc chapter */
+#define MAIN_SAFETYEVENT_NONE                        0              /* MAIN.SafetyEvent: normal (g5) */
+#define MAIN_SAFETYEVENT_IMMEDIATE_STOP              0x36363636u    /* MAIN.SafetyEvent: servos hold present positions (g5) */
+#define MAIN_SAFETYEVENT_ECAT_BROKEN                 0x2A2A2A2Au    /* MAIN.SafetyEvent: EtherCAT link lost (g5) */
+#define MAIN_SAFETYEVENT_CONTROLLED_STOP             0x4E4E4E4Eu    /* MAIN.SafetyEvent: servos ramp to zero speed, DIO outputs cleared (g5) */
+#define PG_TYPE_SIN2                                 5              /* PG.Type: sine-squared acceleration (g5) */
+#define PG_MODE_DECELERATING                         2              /* PG.Mode, only read: braking in position mode (g5) */
+#define GEAR_MODE_OFF                                0              /* GEAR.Mode: off */
+#define GEAR_MODE_LINEAR                             1              /* GEAR.Mode: linear gear */
+#define GEAR_MODE_CAM                                2              /* GEAR.Mode: cam */
+#define GEAR_SOURCEPOSITION_WRITE_POSITION           1              /* GEAR.SourcePosition: the master's WritePosition */
+#define GEAR_SOURCEPOSITION_POSITION                 2              /* GEAR.SourcePosition: the master's Position */
+#define GEAR_SOURCEPOSITION_SERVO_TICK               3              /* GEAR.SourcePosition: MAIN.Servo_Tick */
+#define GEAR_SOURCEPOSITION_EXT_POSITION             4              /* GEAR.SourcePosition: the master's ExtPosition */
+#define GEAR_CAMTYPE_REVERSIBLE                      0              /* GEAR.CamType: cam that returns to its beginning */
+#define GEAR_CAMTYPE_FORWARD                         1              /* GEAR.CamType: incremental cam, each turn adds CamIncPosition */
+#define GEAR_CAMTAB_CAM_MEMORY                       0              /* GEAR.CamTab: the table is in TGM_Cam_Profile */
+#define GEAR_CAMTAB_DATA_MEMORY                      1              /* GEAR.CamTab: the table is in TGM_Data */
+#define GEAR_CAMEXPCONTROL_EXT_CAM_1                 0x01u          /* bit of GEAR.CamExpControl: external cam 1 on */
+#define GEAR_CAMEXPCONTROL_EXT_CAM_2                 0x02u          /* bit of GEAR.CamExpControl: external cam 2 on */
+#define INTERPOLATOR_COMMAND_STATUS_DONE             0              /* INTERPOLATOR.Command_Status: done, ready for the next command */
+#define INTERPOLATOR_COMMAND_STATUS_RUNNING          1              /* INTERPOLATOR.Command_Status: command is being carried out */
+#define INTERPOLATOR_COMMAND_STATUS_ERROR            (-1)           /* INTERPOLATOR.Command_Status: command failed */
+#define INTERPOLATOR_RUN_FLAG_STOP                   0              /* low half of INTERPOLATOR.Run_Flag: stopped */
+#define INTERPOLATOR_RUN_FLAG_RUN                    1              /* low half of INTERPOLATOR.Run_Flag: running */
+#define INTERPOLATOR_RUN_FLAG_WAIT_WINDOW            2              /* low half of INTERPOLATOR.Run_Flag: waits for the window (turning) */
+#define INTERPOLATOR_RUN_FLAG_WAIT_PULSE             3              /* low half of INTERPOLATOR.Run_Flag: waits for the pulse (turning) */
+#define INTERPOLATOR_RUN_FLAG_WAIT_MFUNC             4              /* low half of INTERPOLATOR.Run_Flag: M-function started */
+#define INTERPOLATOR_RUN_FLAG_WAIT_MFUNC_END         5              /* low half of INTERPOLATOR.Run_Flag: waits for the end of the M-function */
+#define INTERPOLATOR_RUN_FLAG_SPEED_STANDSTILL       1              /* high half of INTERPOLATOR.Run_Flag: no movement */
+#define INTERPOLATOR_RUN_FLAG_SPEED_ACCELERATING     2              /* high half of INTERPOLATOR.Run_Flag: accelerating */
+#define INTERPOLATOR_RUN_FLAG_SPEED_REACHED          3              /* high half of INTERPOLATOR.Run_Flag: at the set speed */
+#define INTERPOLATOR_RUN_FLAG_SPEED_DECELERATING     4              /* high half of INTERPOLATOR.Run_Flag: decelerating */
+#define INTERPOLATOR_RUN_FLAG_SPEED_NEXT_SEGMENT     5              /* high half of INTERPOLATOR.Run_Flag: next speed segment */
+#define INTERPOLATOR_RUN_FLAG_SPEED_LAST_DECELERATION 6              /* high half of INTERPOLATOR.Run_Flag: decelerating on the last segment */
+#define INTERPOLATOR_RUN_FLAG_SPEED_EMERGENCY_RAMP   7              /* high half of INTERPOLATOR.Run_Flag: emergency ramp */
+#define INTERPOLATOR_M_FUNC_CONTINUOUS_ABOVE         1000           /* INTERPOLATOR.M_Func: motion waits for M-functions below, not for those above */
+#define INTERPOLATOR_LOOK_AHEAD_ENTRY_MOVEMENTTYPE_INVALID 0              /* INTERPOLATOR_LOOK_AHEAD_ENTRY.movementType: entry is not valid */
+#define INTERPOLATOR_LOOK_AHEAD_ENTRY_MOVEMENTTYPE_G 1              /* INTERPOLATOR_LOOK_AHEAD_ENTRY.movementType: motion, G0 to G3 */
+#define INTERPOLATOR_LOOK_AHEAD_ENTRY_MOVEMENTTYPE_M 2              /* INTERPOLATOR_LOOK_AHEAD_ENTRY.movementType: M-function; negative codes are internal */
+#define INTERPOLATOR_LOOK_AHEAD_ENTRY_ANGLE_NOT_AN_ARC 1e38           /* INTERPOLATOR_LOOK_AHEAD_ENTRY angles above this: not an arc */
+#define EEPROM_CONTROL_CONTROL_LOAD                  1              /* EEPROM_CONTROL.Control: load the area (g5) */
+#define EEPROM_CONTROL_CONTROL_SAVE                  2              /* EEPROM_CONTROL.Control: save the area (g5) */
+#define EEPROM_CONTROL_STATUS_READY                  0              /* EEPROM_CONTROL.Status: ready (g5) */
+#define EEPROM_CONTROL_STATUS_BUSY                   1              /* EEPROM_CONTROL.Status: loading or saving (g5) */
+#define EEPROM_CONTROL_STATUS_ERROR                  (-1)           /* EEPROM_CONTROL.Status: loading or saving failed (g5) */
+#define PG_MODE_SPEED                                0              /* PG.Mode: speed, to PG.Speed (g5) */
+#define PG_MODE_POSITION                             1              /* PG.Mode: positioning, to PG.DPos (g5) */
+#define PG_TYPE_HARMONIC_ASYMMETRIC                  0              /* PG.Type: harmonic ramps, not symmetric (g5) */
+#define PG_TYPE_HARMONIC_SYMMETRIC                   1              /* PG.Type: harmonic ramps, symmetric (g5) */
+#define PG_TYPE_FULL_HARMONIC                        2              /* PG.Type: harmonic over the whole move (g5) */
+#define PG_TYPE_TRAPEZOID                            3              /* PG.Type: trapezoid (g5) */
+#define PG_TYPE_TRAPEZOID_JERK_LIMITED               4              /* PG.Type: trapezoid with limited jerk (g5) */
+#define COMMAND_CONTROL_DONE                         0              /* COMMAND.Control: previous command has finished (g5) */
+#define COMMAND_CONTROL_PG_SPEED                     1              /* COMMAND.Control: profile generator, speed control (g5) */
+#define COMMAND_CONTROL_PG_ABSOLUTE                  2              /* COMMAND.Control: profile generator, absolute positioning (g5) */
+#define COMMAND_CONTROL_PG_RELATIVE                  3              /* COMMAND.Control: profile generator, relative positioning (g5) */
+#define COMMAND_CONTROL_SET_REFERENCE                4              /* COMMAND.Control: set the reference position (g5) */
+#define COMMAND_CONTROL_STOP                         5              /* COMMAND.Control: cancel positioning, stop the servo (g5) */
+#define COMMAND_CONTROL_GEAR                         6              /* COMMAND.Control: linear gear or cam (g5) */
+#define COMMAND_CONTROL_GEAR_CANCEL                  7              /* COMMAND.Control: cancel the gear (g5) */
+#define SERVO_MODE_USER                              9              /* SERVO.Mode: WritePosition is taken from TransformedPosition (g5) */
+#define SHARED_MEMORY_SYSTEM                         0              /* number of the memory TGM_System */
+#define SHARED_MEMORY_DATA                           1              /* number of the memory TGM_Data */
+#define SHARED_MEMORY_CAM_PROFILE                    2              /* number of the memory TGM_Cam_Profile */
+#define SHARED_MEMORY_OSCILLOSCOPE                   3              /* number of the memory TGM_Oscilloscope; the PLC only reads it */
+#define SHARED_MEMORY_SERVO                          4              /* number of the memory TGM_Servo */
+#define SHARED_MEMORY_DIO                            5              /* number of the memory TGM_Dio */
+#define SHARED_MEMORY_INTERPOLATOR                   6              /* number of the memory TGM_Interpolator */
+#define SHARED_MEMORY_INTERPOLATOR_WRITE             7              /* number of the memory InterpolatorWriteMemory, CNC internal */
+#define SHARED_MEMORY_INTERPOLATOR_READ              8              /* number of the memory InterpolatorReadMemory, CNC internal */
+#define SHARED_MEMORY_ODS                            9              /* number of the memory TGM_ODS, ring of console messages */
+#define SHARED_MEMORY_CNC_EX                         10             /* number of the memory TGM_CNCEX */
+#define SHARED_MEMORY_GCODE                          11             /* number of the memory TGM_GCODE */
 #define ID_COMPATIBILITY                             4033           /* from 2018-05-10 */
 #define ID_MEMORY_COMPATIBILITY                      904            /* from 2018-05-10, adds UNIVERSAL memory */
 #define ID_CNC_COMPATIBILITY                         121            /* from 2018-08-27, adds TGMmini temperature */
-#define OSC_STATUS_IDLE                              0              /* osc chapter */
-#define OSC_STATUS_RECORDING                         1              /* osc chapter */
-#define OSC_STATUS_WAIT_TRIGGER                      2              /* osc chapter */
-#define OSC_MODE_TRIGGER_OFF                         0              /* osc chapter */
-#define OSC_MODE_TRIGGER_RISING                      1              /* osc chapter */
-#define OSC_MODE_TRIGGER_FALLING                     2              /* osc chapter */
-#define CHANNEL_TYPE_VALUE_DOUBLE                    8              /* osc chapter */
-#define CHANNEL_TYPE_VALUE_FLOAT                     9              /* osc chapter */
-#define INTERPOLATOR_COMMANDS_SET_AXIS_RATIO_1024    1024           /* interpolator chapter */
-#define INTERPOLATOR_COMMANDS_SET_COORDS_ON_TRAJ_2048 2048           /* interpolator chapter */
-#define INTERPOLATOR_COMMANDS_SET_COORDS_OUT_TRAJ_2049 2049           /* interpolator chapter */
-#define INTERPOLATOR_COMMANDS_EMERGENCY_STOP_04      4              /* interpolator chapter */
-#define INTERPOLATOR_COMMANDS_EMERGENCY_STOP_OUT_TRAJ_05 5              /* interpolator chapter */
-#define INTERPOLATOR_COMMANDS_NORMAL_STOP_08         8              /* interpolator chapter */
-#define INTERPOLATOR_COMMANDS_NORMAL_STOP_OUT_TRAJ_09 9              /* interpolator chapter */
-#define INTERPOLATOR_COMMANDS_SET_FILTER_PARAMETERS_M1 (-1)           /* interpolator chapter; arguments scaled by 1e6 */
-#define INTERPOLATOR_COMMANDS_SET_SPLINE_PARAMETERS_M2 (-2)           /* interpolator chapter */
-#define INTERPOLATOR_STATUS_MOVE_01                  1              /* interpolator chapter */
-#define INTERPOLATOR_STATUS_STOP_03                  3              /* interpolator chapter */
-#define INTERPOLATOR_STATUS_TRAJECTORY_START_04      4              /* interpolator chapter */
-#define INTERPOLATOR_STATUS_EMERGENCY_BREAKING_06    6              /* interpolator chapter */
-#define INTERPOLATOR_STATUS_EMERGENCY_STOP_07        7              /* interpolator chapter */
-#define INTERPOLATOR_STATUS_STOP_WHILE_BUFFER_FILL_08 8              /* interpolator chapter */
-#define SERVO_MODE_OFF                               0              /* no motion source, axis disabled; forced by the Run sequence (ours: decision M1) */
-#define SERVO_MODE_POSITION                          1              /* WritePosition is the set-point, written by the PLC every Cycle_Time (ours: decision M1) */
-#define ETHERCAT_STATE_INIT                          1              /* SERVO.EtherCATState, DIO.EtherCATState */
-#define ETHERCAT_STATE_PREOP                         2              /* SERVO.EtherCATState, DIO.EtherCATState */
-#define ETHERCAT_STATE_SAFEOP                        4              /* SERVO.EtherCATState, DIO.EtherCATState */
-#define ETHERCAT_STATE_OP                            8              /* SERVO.EtherCATState, DIO.EtherCATState */
+#define OSC_STATUS_IDLE                              0              /* OSC.Status: idle, ready */
+#define OSC_STATUS_RECORDING                         1              /* OSC.Status: recording */
+#define OSC_STATUS_WAIT_TRIGGER                      2              /* OSC.Status: waits for the trigger */
+#define OSC_MODE_TRIGGER_OFF                         0              /* OSC.Mode_Trigger: no trigger */
+#define OSC_MODE_TRIGGER_RISING                      1              /* OSC.Mode_Trigger: rising edge */
+#define OSC_MODE_TRIGGER_FALLING                     2              /* OSC.Mode_Trigger: falling edge */
+#define CHANNEL_TYPE_VALUE_DOUBLE                    8              /* CHANNEL.Type_Value: 64-bit float; 0-3 are 32-bit, 4-7 are 64-bit integers */
+#define CHANNEL_TYPE_VALUE_FLOAT                     9              /* CHANNEL.Type_Value: 32-bit float; 0-3 are 32-bit, 4-7 are 64-bit integers */
+#define INTERPOLATOR_COMMANDS_SET_AXIS_RATIO_1024    1024           /* INTERPOLATOR.Command: set the ratio of an axis; arguments: axis 0-9, numerator in inc, denominator in mm */
+#define INTERPOLATOR_COMMANDS_SET_COORDS_ON_TRAJ_2048 2048           /* INTERPOLATOR.Command: set position from integer arguments in inc, stay on trajectory */
+#define INTERPOLATOR_COMMANDS_SET_COORDS_OUT_TRAJ_2049 2049           /* INTERPOLATOR.Command: set position from integer arguments in inc, off trajectory */
+#define INTERPOLATOR_COMMANDS_EMERGENCY_STOP_04      4              /* INTERPOLATOR.Command: emergency ramp, keep status */
+#define INTERPOLATOR_COMMANDS_EMERGENCY_STOP_OUT_TRAJ_05 5              /* INTERPOLATOR.Command: emergency ramp, off trajectory */
+#define INTERPOLATOR_COMMANDS_NORMAL_STOP_08         8              /* INTERPOLATOR.Command: normal ramp, keep status */
+#define INTERPOLATOR_COMMANDS_NORMAL_STOP_OUT_TRAJ_09 9              /* INTERPOLATOR.Command: normal ramp, off trajectory */
+#define INTERPOLATOR_COMMANDS_SET_FILTER_PARAMETERS_M1 (-1)           /* INTERPOLATOR.Command: set the IIR filter; arguments: p, q, f times 1e6, axis mask */
+#define INTERPOLATOR_COMMANDS_SET_SPLINE_PARAMETERS_M2 (-2)           /* INTERPOLATOR.Command: set the spline; arguments: points 50-500 (0 off), jerk limit in mm/s3 */
+#define INTERPOLATOR_STATUS_MOVE_01                  1              /* INTERPOLATOR.Status: moving on trajectory */
+#define INTERPOLATOR_STATUS_STOP_03                  3              /* INTERPOLATOR.Status: stopped at trajectory end */
+#define INTERPOLATOR_STATUS_TRAJECTORY_START_04      4              /* INTERPOLATOR.Status: at least one part buffered, start possible */
+#define INTERPOLATOR_STATUS_EMERGENCY_BREAKING_06    6              /* INTERPOLATOR.Status: on the emergency ramp */
+#define INTERPOLATOR_STATUS_EMERGENCY_STOP_07        7              /* INTERPOLATOR.Status: stopped after an emergency */
+#define INTERPOLATOR_STATUS_STOP_WHILE_BUFFER_FILL_08 8              /* INTERPOLATOR.Status: stopped while the buffer was being filled */
+#define SERVO_MODE_OFF                               0              /* SERVO.Mode: no source of motion, axis disabled; forced by the Run sequence (ours: decision M1) */
+#define SERVO_MODE_POSITION                          1              /* SERVO.Mode: WritePosition is the set-point, which the PLC writes every Cycle_Time (ours: decision M1) */
+#define ETHERCAT_STATE_INIT                          1              /* EtherCATState of SERVO, DIO and GENERAL_DEVICE: INIT */
+#define ETHERCAT_STATE_PREOP                         2              /* EtherCATState of SERVO, DIO and GENERAL_DEVICE: PREOP */
+#define ETHERCAT_STATE_SAFEOP                        4              /* EtherCATState of SERVO, DIO and GENERAL_DEVICE: SAFEOP */
+#define ETHERCAT_STATE_OP                            8              /* EtherCATState of SERVO, DIO and GENERAL_DEVICE: OP, process data are exchanged */
+#define MAX_SERVO_PC                                 256            /* servos at most on a PC */
+#define MAX_DIO_PC                                   16             /* I/O units at most on a PC; a chapter of generation 4 says 256 (devices on the bus) */
+#define MAX_INTERPOLATOR_PC                          3              /* interpolators (CNC cores) at most on a PC */
+#define SIZE_SYSTEM_MEMORY                           8192           /* bytes of TGM_System */
+#define SIZE_DIO_MEMORY                              32768          /* bytes of TGM_Dio, 16 records */
+#define SIZE_ODS_MEMORY                              1048576        /* bytes of TGM_ODS; from a release note of 2016, not confirmed for generation 5 */
+#define PLC_INI_ERROR                                0              /* result of Program_Ini: do not start */
+#define PLC_INI_OK                                   1              /* result of Program_Ini: start the cycles */
+#define SLEEPFT_UNIT_NS                              100            /* nanoseconds of one count of pSleepFt */
 
 /* PLC_IMPORT_FUNCTIONS: diagnostic functions of TG Motion (manual: Definition of diagnostic functions); 56 bytes. */
 typedef struct _PLC_IMPORT_FUNCTIONS {
-    RTWPRINTF_STRING *pRtWprintf_String; /* @0 -: prints 16-bit wide string */
-    RTWPRINTF_LONG *pRtWprintf_Long; /* @8 -: prints one 32-bit integer with wide format */
-    SWPRINTF *pswprintf; /* @16 -: variadic wide formatting into caller buffer */
-    SLEEPFT *pSleepFt; /* @24 -: waits; forbidden in Program_04 and Program_05 */
-    CAN_TRANSMIT *pCAN_Transmit; /* @32 reserved: declared reserved */
-    CAN_TRANSMITREMOTE *pCAN_TransmitRemote; /* @40 reserved: declared reserved */
-    RTWPRINTF_EX *pRtWprintf_Ex; /* @48 -: variadic wide print with severity */
+    RTWPRINTF_STRING *pRtWprintf_String; /* @0 R (L5), no unit: prints 16-bit wide string */
+    RTWPRINTF_LONG *pRtWprintf_Long; /* @8 R (L5), no unit: prints one 32-bit integer with wide format */
+    SWPRINTF *pswprintf; /* @16 R (L5), no unit: variadic wide formatting into caller buffer */
+    SLEEPFT *pSleepFt; /* @24 R (L5), no unit: waits; forbidden in Program_04 and Program_05 */
+    CAN_TRANSMIT *pCAN_Transmit; /* @32 reserved, no unit: declared reserved */
+    CAN_TRANSMITREMOTE *pCAN_TransmitRemote; /* @40 reserved, no unit: declared reserved */
+    RTWPRINTF_EX *pRtWprintf_Ex; /* @48 R (L5), no unit: variadic wide print with severity */
 } PLC_IMPORT_FUNCTIONS;
 
 TGM_LAYOUT_OFFSET(PLC_IMPORT_FUNCTIONS, pRtWprintf_String, 0, 0, 0);
@@ -230,24 +239,24 @@ TGM_LAYOUT_SIZE(PLC_IMPORT_FUNCTIONS, 56, 28, 28);
 
 /* PLC_DATA: what every entry function is handed, one instance per function (manual: PLC_DATA structure); 192 bytes. */
 typedef struct _PLC_DATA {
-    size_t structSize; /* @0 -, byte: whole structure size; PLC compares with its own */
-    void *PSystem_Memory; /* @8 -: to TGM_System */
-    void *PData_Memory; /* @16 -: to TGM_Data */
-    void *POsc_Memory; /* @24 -: to TGM_Oscilloscope */
-    void *PCam_Memory; /* @32 -: to TGM_Cam_Profile */
-    void *PServo_Memory; /* @40 -: to TGM_Servo */
-    void *PDio_Memory; /* @48 -: to TGM_Dio */
-    void *PInterpolator_Memory; /* @56 -: to TGM_Interpolator */
-    void *Pointer_interpolator_params; /* @64 -: to interpolator write memory */
-    void *Pointer_interpolator_get_position; /* @72 -: to interpolator read memory */
-    void *PCNCEx; /* @80 -: to TGM_CNCEX */
-    void *PGCode; /* @88 -: to TGM_GCODE */
-    void *PReserve3_Memory; /* @96 reserved: unused pointer slot */
-    void *PReserve4_Memory; /* @104 reserved: unused pointer slot */
-    void *PReserve5_Memory; /* @112 reserved: unused pointer slot */
-    void *PReciveDataCan1; /* @120 reserved: CAN receive slot, declared reserved */
-    void *PReciveDataCan2; /* @128 reserved: CAN receive slot, declared reserved */
-    PLC_IMPORT_FUNCTIONS functions; /* @136 -: host service table, embedded */
+    size_t structSize; /* @0 R (L5), byte: whole structure size; PLC compares with its own */
+    void *PSystem_Memory; /* @8 R (L5), no unit: to TGM_System */
+    void *PData_Memory; /* @16 R (L5), no unit: to TGM_Data */
+    void *POsc_Memory; /* @24 R (L5), no unit: to TGM_Oscilloscope */
+    void *PCam_Memory; /* @32 R (L5), no unit: to TGM_Cam_Profile */
+    void *PServo_Memory; /* @40 R (L5), no unit: to TGM_Servo */
+    void *PDio_Memory; /* @48 R (L5), no unit: to TGM_Dio */
+    void *PInterpolator_Memory; /* @56 R (L5), no unit: to TGM_Interpolator */
+    void *Pointer_interpolator_params; /* @64 R (L5), no unit: to interpolator write memory */
+    void *Pointer_interpolator_get_position; /* @72 R (L5), no unit: to interpolator read memory */
+    void *PCNCEx; /* @80 R (L5), no unit: to TGM_CNCEX */
+    void *PGCode; /* @88 R (L5), no unit: to TGM_GCODE */
+    void *PReserve3_Memory; /* @96 reserved, no unit: unused pointer slot */
+    void *PReserve4_Memory; /* @104 reserved, no unit: unused pointer slot */
+    void *PReserve5_Memory; /* @112 reserved, no unit: unused pointer slot */
+    void *PReciveDataCan1; /* @120 reserved, no unit: CAN receive slot, declared reserved */
+    void *PReciveDataCan2; /* @128 reserved, no unit: CAN receive slot, declared reserved */
+    PLC_IMPORT_FUNCTIONS functions; /* @136 parts, no unit: host service table, embedded */
 } PLC_DATA;
 
 TGM_LAYOUT_OFFSET(PLC_DATA, structSize, 0, 0, 0);
@@ -273,38 +282,38 @@ TGM_LAYOUT_SIZE(PLC_DATA, 192, 96, 96);
 
 /* HEADER: identification and memory sizes, written by TG Motion only; 128 bytes. */
 typedef struct _HEADER {
-    uint32_t Life_Tick; /* @0 (5.00) R: incrementing sign of life */
-    uint32_t Compatibility_Id; /* @4 (5.00) R: interface version id: 4033 in TG Motion 4.21 */
-    uint32_t CompatibilityMem_Id; /* @8 (5.00) R: memory layout id: 904 in TG Motion 4.21 */
-    uint32_t CompatibilityCnc_Id; /* @12 (5.00) R: CNC layout id: 121 in TG Motion 4.21 */
-    uint32_t Reserve0; /* @16 (5.00) reserved: unused */
-    uint32_t Mem_Number; /* @20 (5.00) R: how many shared memories exist */
+    uint32_t Life_Tick; /* @0 (5.00) R, no unit: incrementing sign of life */
+    uint32_t Compatibility_Id; /* @4 (5.00) R, no unit: interface version id: 4033 in TG Motion 4.21 */
+    uint32_t CompatibilityMem_Id; /* @8 (5.00) R, no unit: memory layout id: 904 in TG Motion 4.21 */
+    uint32_t CompatibilityCnc_Id; /* @12 (5.00) R, no unit: CNC layout id: 121 in TG Motion 4.21 */
+    uint32_t Reserve0; /* @16 (5.00) reserved, no unit: unused */
+    uint32_t Mem_Number; /* @20 (5.00) R, no unit: how many shared memories exist */
     uint32_t Mem_Size_System; /* @24 (5.00) R, byte: length of TGM_System */
     uint32_t Mem_Size_Data; /* @28 (5.00) R, byte: length of TGM_Data */
     uint32_t Mem_Size_Cam; /* @32 (5.00) R, byte: length of TGM_Cam_Profile */
     uint32_t Mem_Size_Osc; /* @36 (5.00) R, byte: length of TGM_Oscilloscope, device dependent */
     uint32_t Mem_Size_Servo; /* @40 (5.00) R, byte: length of TGM_Servo */
     uint32_t Mem_Size_Dio; /* @44 (5.00) R, byte: length of TGM_Dio */
-    uint32_t Reserve_Mem_Size_6; /* @48 (5.00) reserved: size of a memory that generation 4 does not have; unused */
+    uint32_t Reserve_Mem_Size_6; /* @48 (5.00) reserved, no unit: size of a memory that generation 4 does not have; unused */
     uint32_t Mem_Size_Interpolator; /* @52 (5.00) R, byte: length of TGM_Interpolator */
     uint32_t Mem_Size_InterpolatorWrite; /* @56 (5.00) R, byte: length of InterpolatorWriteMemory */
     uint32_t Mem_Size_InterpolatorRead; /* @60 (5.00) R, byte: length of InterpolatorReadMemory */
     uint32_t Mem_Size_Ods; /* @64 (5.00) R, byte: length of TGM_ODS */
-    uint32_t Reserve_Mem_Size_11; /* @68 (5.00) reserved: size of a memory that generation 4 does not have; unused */
+    uint32_t Reserve_Mem_Size_11; /* @68 (5.00) reserved, no unit: size of a memory that generation 4 does not have; unused */
     uint32_t Mem_Size_CncEx; /* @72 (5.00) R, byte: length of TGM_CNCEX */
-    int32_t Reserve1; /* @76 (5.00) reserved: unused */
-    int32_t Reserve2; /* @80 (5.00) reserved: unused */
-    int32_t Reserve3; /* @84 (5.00) reserved: unused */
-    int32_t Internal_Reg0; /* @88 (5.00) R: vendor internal */
-    int32_t Internal_Reg1; /* @92 (5.00) R: vendor internal */
-    int32_t Internal_Reg2; /* @96 (5.00) R: vendor internal */
-    int32_t Internal_Reg3; /* @100 (5.00) R: vendor internal */
-    int32_t Internal_Reg4; /* @104 (5.00) R: vendor internal */
-    int32_t Internal_Reg5; /* @108 (5.00) R: vendor internal */
-    int32_t Internal_Reg6; /* @112 (5.00) R: vendor internal */
-    int32_t Internal_Reg7; /* @116 (5.00) R: vendor internal */
-    int32_t Internal_Reg8; /* @120 (5.00) R: vendor internal */
-    int32_t Internal_Reg9; /* @124 (5.00) R: vendor internal */
+    int32_t Reserve1; /* @76 (5.00) reserved, no unit: unused */
+    int32_t Reserve2; /* @80 (5.00) reserved, no unit: unused */
+    int32_t Reserve3; /* @84 (5.00) reserved, no unit: unused */
+    int32_t Internal_Reg0; /* @88 (5.00) R, no unit: vendor internal */
+    int32_t Internal_Reg1; /* @92 (5.00) R, no unit: vendor internal */
+    int32_t Internal_Reg2; /* @96 (5.00) R, no unit: vendor internal */
+    int32_t Internal_Reg3; /* @100 (5.00) R, no unit: vendor internal */
+    int32_t Internal_Reg4; /* @104 (5.00) R, no unit: vendor internal */
+    int32_t Internal_Reg5; /* @108 (5.00) R, no unit: vendor internal */
+    int32_t Internal_Reg6; /* @112 (5.00) R, no unit: vendor internal */
+    int32_t Internal_Reg7; /* @116 (5.00) R, no unit: vendor internal */
+    int32_t Internal_Reg8; /* @120 (5.00) R, no unit: vendor internal */
+    int32_t Internal_Reg9; /* @124 (5.00) R, no unit: vendor internal */
 } HEADER;
 
 TGM_LAYOUT_OFFSET(HEADER, Life_Tick, 0, 0, 0);
@@ -375,69 +384,69 @@ TGM_LAYOUT_SIZE(HEADER, 128, 128, 128);
 
 /* MAIN: control words, counts, cycle timing; 2320 bytes. */
 typedef struct _MAIN {
-    uint32_t TGMotion_Version; /* @0 (5.00) -: program version together with build day, month, year */
-    uint32_t TGM_TgMotionKill; /* @4 (5.00) -: quit request word */
-    volatile uint32_t Log_Ctrl; /* @8 (5.00) -: TGM_LOG bit mask for log output */
-    volatile uint32_t LogInterpolator_Ctrl; /* @12 (5.00) -: log mask for interpolators */
-    uint32_t Reserve0; /* @16 (5.00) reserved: unused */
-    uint32_t Reserve1; /* @20 (5.00) reserved: unused */
-    uint32_t Reserve2; /* @24 (5.00) reserved: unused */
-    volatile uint32_t PLC_Ctrl; /* @28 (5.00) -: PLC_CTRL bits: load, reset, pause, error */
-    uint16_t PLC_Name[512]; /* @32 (5.00) -: UTF-16 PLC file name, all hosts */
-    uint32_t Size_EEPROM_Memory; /* @1056 (5.00) -, byte: EEPROM area length; 0 stands for 512 */
-    uint32_t Number_Servos; /* @1060 (5.00) R: servo count from INI */
-    uint32_t Number_Dios; /* @1064 (5.00) R: DIO count from INI */
-    uint32_t TGMmini_internal_dio_idx; /* @1068 (5.00) -: DIO index of built-in I/O, TGMmini only */
-    uint32_t Number_Interpolators; /* @1072 (5.00) R: interpolator count from INI */
-    uint32_t Reserve3; /* @1076 (5.00) reserved: unused */
-    uint32_t Reserve4; /* @1080 (5.00) reserved: unused */
-    uint32_t Reserve5; /* @1084 (5.00) reserved: unused */
-    uint32_t Servo_Tick; /* @1088 (5.00) -: servo cycle counter */
-    uint32_t Servo_SetCycleTime; /* @1092 (5.00) -, us: configured servo period */
-    uint32_t Servo_CycleTime; /* @1096 (5.00) -, us: last servo execution time */
-    uint32_t Servo_MaxCycle_Time; /* @1100 (5.00) -, us: longest servo execution time; unit inferred */
-    uint32_t PLC_SetCycleTime_Prg1; /* @1104 (5.00) -, us: requested Program_01 period */
-    uint32_t PLC_CycleTime_Prg1; /* @1108 (5.00) -, us: last Program_01 execution time */
-    uint32_t PLC_MaxCycleTime_Prg1; /* @1112 (5.00) -, us: longest Program_01 execution time */
-    uint32_t PLC_SetCycleTime_Prg2; /* @1116 (5.00) -, us: requested Program_02 period */
-    uint32_t PLC_CycleTime_Prg2; /* @1120 (5.00) -, us: last Program_02 execution time */
-    uint32_t PLC_MaxCycleTime_Prg2; /* @1124 (5.00) -, us: longest Program_02 execution time */
-    uint32_t PLC_SetCycleTime_Prg3; /* @1128 (5.00) -, us: requested Program_03 period */
-    uint32_t PLC_CycleTime_Prg3; /* @1132 (5.00) -, us: last Program_03 execution time */
-    uint32_t PLC_MaxCycleTime_Prg3; /* @1136 (5.00) -, us: longest Program_03 execution time */
-    uint32_t PLC_SetCycleTime_Prg4; /* @1140 (5.00) -, us: Program_04 period, same as Servo_SetCycleTime */
-    uint32_t PLC_CycleTime_Prg4; /* @1144 (5.00) -, us: last Program_04 execution time */
-    uint32_t PLC_MaxCycleTime_Prg4; /* @1148 (5.00) -, us: longest Program_04 execution time */
-    uint32_t Act_Timer_CycleTime; /* @1152 (5.00) -, us: measured main loop period */
-    uint32_t Min_Timer_CycleTime; /* @1156 (5.00) -, us: shortest main loop period; unit inferred */
-    uint32_t Max_Timer_CycleTime; /* @1160 (5.00) -, us: longest main loop period; unit inferred */
-    uint32_t Max_Timer_Latency; /* @1164 (5.00) -, us: worst main loop delay; unit inferred */
-    uint32_t Interpolator_SetCycleTime; /* @1168 (5.00) -, us: configured interpolator period */
-    uint32_t Interpolator_CycleTime[3]; /* @1172 (5.00) -, us: execution time per interpolator */
-    uint32_t Max_Interpolator_Cycle_Time[3]; /* @1184 (5.00) -, us: longest execution time per interpolator; unit inferred */
-    uint32_t ECAT_ElapsedTime; /* @1196 (5.00) -, us: last EtherCAT frame processing time */
-    uint32_t Max_ECAT_ElapsedTime; /* @1200 (5.00) -, us: longest EtherCAT frame processing time */
-    uint32_t PLC_CAN_BaudRate; /* @1204 (5.00) -, kbit/s: CAN bit rate for PLC use */
-    uint32_t CAN_Transmit_Buffer_Fullness; /* @1208 (5.00) -: queued CAN frames: PC 0-1, TGMmini 0-55 */
-    uint32_t TGMmini_CPU_Temperature; /* @1212 (5.00) -, degC: TGMmini chip temperature; 0 before first measurement */
-    uint32_t SafetyEvent; /* @1216 (5.00) R: safety code, see SafetyEvent constants */
-    uint32_t SystemTimeDifferenceSum; /* @1220 (5.00) -: bitwise OR of time differences of DC slaves */
-    uint32_t EthPacketErrorCounter; /* @1224 (5.00) -: received frame errors */
-    uint32_t EthMaxPacketLenght; /* @1228 (5.00) -: largest frame length by its name */
-    int64_t MasterClock; /* @1232 (5.00) -, ns: master time since distributed clock start */
-    int64_t ReferenceClock; /* @1240 (5.00) -, ns: clock of first DC slave; unit inferred */
-    int64_t MasterClockToReferenceClockDifference; /* @1248 (5.00) -, ns: MasterClock minus ReferenceClock; unit inferred */
-    int32_t Distributed_Clock; /* @1256 (5.00) -: configured distributed clock setting */
-    int32_t StateDistributedClock; /* @1260 (5.00) -: 0 off, 1 on, -1 no DC slave found */
-    uint16_t EtherCatDriver[512]; /* @1264 (5.00) -: UTF-16 NIC driver name, PC only */
-    uint32_t Found_Total_Number_Of_ECAT_Devices; /* @2288 (5.00) -: devices discovered on EtherCAT */
-    uint32_t Reserve6; /* @2292 (5.00) reserved: unused */
-    uint32_t Reserve7; /* @2296 (5.00) reserved: unused */
-    uint32_t Reserve8; /* @2300 (5.00) reserved: unused */
-    uint32_t Reserve9; /* @2304 (5.00) reserved: unused */
-    uint32_t Reserve10; /* @2308 (5.00) reserved: unused */
-    uint32_t Reserve11; /* @2312 (5.00) reserved: unused */
-    uint32_t paddingTo64bits; /* @2316 (5.00) reserved: rounds size to 8 bytes */
+    uint32_t TGMotion_Version; /* @0 (5.00) R (L5), no unit: program version together with build day, month, year */
+    uint32_t TGM_TgMotionKill; /* @4 (5.00) RW (L5), no unit: quit request word */
+    volatile uint32_t Log_Ctrl; /* @8 (5.00) RW (L5), no unit: TGM_LOG bit mask for log output */
+    volatile uint32_t LogInterpolator_Ctrl; /* @12 (5.00) RW (L5), no unit: log mask for interpolators */
+    uint32_t Reserve0; /* @16 (5.00) reserved, no unit: unused */
+    uint32_t Reserve1; /* @20 (5.00) reserved, no unit: unused */
+    uint32_t Reserve2; /* @24 (5.00) reserved, no unit: unused */
+    volatile uint32_t PLC_Ctrl; /* @28 (5.00) RW (L5), no unit: PLC_CTRL bits: load, reset, pause, error */
+    uint16_t PLC_Name[512]; /* @32 (5.00) RW (L5), no unit: UTF-16 PLC file name, all hosts */
+    uint32_t Size_EEPROM_Memory; /* @1056 (5.00) R (L5), byte: EEPROM area length; 0 stands for 512 */
+    uint32_t Number_Servos; /* @1060 (5.00) R, no unit: servo count from INI */
+    uint32_t Number_Dios; /* @1064 (5.00) R, no unit: DIO count from INI */
+    uint32_t TGMmini_internal_dio_idx; /* @1068 (5.00) R (L5), no unit: DIO index of built-in I/O, TGMmini only */
+    uint32_t Number_Interpolators; /* @1072 (5.00) R, no unit: interpolator count from INI */
+    uint32_t Reserve3; /* @1076 (5.00) reserved, no unit: unused */
+    uint32_t Reserve4; /* @1080 (5.00) reserved, no unit: unused */
+    uint32_t Reserve5; /* @1084 (5.00) reserved, no unit: unused */
+    uint32_t Servo_Tick; /* @1088 (5.00) R (L5), no unit: servo cycle counter */
+    uint32_t Servo_SetCycleTime; /* @1092 (5.00) R (L5), us: configured servo period */
+    uint32_t Servo_CycleTime; /* @1096 (5.00) R (L5), us: last servo execution time */
+    uint32_t Servo_MaxCycle_Time; /* @1100 (5.00) RW (L5), us: longest servo execution time; unit inferred */
+    uint32_t PLC_SetCycleTime_Prg1; /* @1104 (5.00) R (L5), us: requested Program_01 period */
+    uint32_t PLC_CycleTime_Prg1; /* @1108 (5.00) R (L5), us: last Program_01 execution time */
+    uint32_t PLC_MaxCycleTime_Prg1; /* @1112 (5.00) RW (L5), us: longest Program_01 execution time */
+    uint32_t PLC_SetCycleTime_Prg2; /* @1116 (5.00) R (L5), us: requested Program_02 period */
+    uint32_t PLC_CycleTime_Prg2; /* @1120 (5.00) R (L5), us: last Program_02 execution time */
+    uint32_t PLC_MaxCycleTime_Prg2; /* @1124 (5.00) RW (L5), us: longest Program_02 execution time */
+    uint32_t PLC_SetCycleTime_Prg3; /* @1128 (5.00) R (L5), us: requested Program_03 period */
+    uint32_t PLC_CycleTime_Prg3; /* @1132 (5.00) R (L5), us: last Program_03 execution time */
+    uint32_t PLC_MaxCycleTime_Prg3; /* @1136 (5.00) RW (L5), us: longest Program_03 execution time */
+    uint32_t PLC_SetCycleTime_Prg4; /* @1140 (5.00) R (L5), us: Program_04 period, same as Servo_SetCycleTime */
+    uint32_t PLC_CycleTime_Prg4; /* @1144 (5.00) R (L5), us: last Program_04 execution time */
+    uint32_t PLC_MaxCycleTime_Prg4; /* @1148 (5.00) RW (L5), us: longest Program_04 execution time */
+    uint32_t Act_Timer_CycleTime; /* @1152 (5.00) R (L5), us: measured main loop period */
+    uint32_t Min_Timer_CycleTime; /* @1156 (5.00) RW (L5), us: shortest main loop period; unit inferred */
+    uint32_t Max_Timer_CycleTime; /* @1160 (5.00) RW (L5), us: longest main loop period; unit inferred */
+    uint32_t Max_Timer_Latency; /* @1164 (5.00) RW (L5), us: worst main loop delay; unit inferred */
+    uint32_t Interpolator_SetCycleTime; /* @1168 (5.00) R (L5), us: configured interpolator period */
+    uint32_t Interpolator_CycleTime[3]; /* @1172 (5.00) R (L5), us: execution time per interpolator */
+    uint32_t Max_Interpolator_Cycle_Time[3]; /* @1184 (5.00) RW (L5), us: longest execution time per interpolator; unit inferred */
+    uint32_t ECAT_ElapsedTime; /* @1196 (5.00) R (L5), us: last EtherCAT frame processing time */
+    uint32_t Max_ECAT_ElapsedTime; /* @1200 (5.00) RW (L5), us: longest EtherCAT frame processing time */
+    uint32_t PLC_CAN_BaudRate; /* @1204 (5.00) R (L5), kbit/s: CAN bit rate for PLC use */
+    uint32_t CAN_Transmit_Buffer_Fullness; /* @1208 (5.00) R (L5), no unit: queued CAN frames: PC 0-1, TGMmini 0-55 */
+    uint32_t TGMmini_CPU_Temperature; /* @1212 (5.00) R (L5), degC: TGMmini chip temperature; 0 before first measurement */
+    uint32_t SafetyEvent; /* @1216 (5.00) R, no unit: safety code, see SafetyEvent constants */
+    uint32_t SystemTimeDifferenceSum; /* @1220 (5.00) R (L5), unit not stated: bitwise OR of time differences of DC slaves */
+    uint32_t EthPacketErrorCounter; /* @1224 (5.00) R (L5), no unit: received frame errors */
+    uint32_t EthMaxPacketLenght; /* @1228 (5.00) R (L5), no unit: largest frame length by its name */
+    int64_t MasterClock; /* @1232 (5.00) R (L5), ns: master time since distributed clock start */
+    int64_t ReferenceClock; /* @1240 (5.00) R (L5), ns: clock of first DC slave; unit inferred */
+    int64_t MasterClockToReferenceClockDifference; /* @1248 (5.00) R (L5), ns: MasterClock minus ReferenceClock; unit inferred */
+    int32_t Distributed_Clock; /* @1256 (5.00) R (L5), no unit: configured distributed clock setting */
+    int32_t StateDistributedClock; /* @1260 (5.00) R (L5), no unit: 0 off, 1 on, -1 no DC slave found */
+    uint16_t EtherCatDriver[512]; /* @1264 (5.00) R (L5), no unit: UTF-16 NIC driver name, PC only */
+    uint32_t Found_Total_Number_Of_ECAT_Devices; /* @2288 (5.00) R (L5), no unit: devices discovered on EtherCAT */
+    uint32_t Reserve6; /* @2292 (5.00) reserved, no unit: unused */
+    uint32_t Reserve7; /* @2296 (5.00) reserved, no unit: unused */
+    uint32_t Reserve8; /* @2300 (5.00) reserved, no unit: unused */
+    uint32_t Reserve9; /* @2304 (5.00) reserved, no unit: unused */
+    uint32_t Reserve10; /* @2308 (5.00) reserved, no unit: unused */
+    uint32_t Reserve11; /* @2312 (5.00) reserved, no unit: unused */
+    uint32_t paddingTo64bits; /* @2316 (5.00) reserved, no unit: rounds size to 8 bytes */
 } MAIN;
 
 TGM_LAYOUT_OFFSET(MAIN, TGMotion_Version, 0, 0, 0);
@@ -579,8 +588,8 @@ TGM_LAYOUT_SIZE(RESERVE_MAIN, 1776, 1776, 1776);
 
 /* TIMERS: PLC timers of 1 ms; 512 bytes. */
 typedef struct _TIMERS {
-    uint32_t Timer_Up[64]; /* @0 -, ms: free running, increment every 1 ms */
-    uint32_t Timer_Down[64]; /* @256 -, ms: decrement every 1 ms, stop at zero */
+    uint32_t Timer_Up[64]; /* @0 RW (L5), ms: free running, increment every 1 ms */
+    uint32_t Timer_Down[64]; /* @256 RW (L5), ms: decrement every 1 ms, stop at zero */
 } TIMERS;
 
 TGM_LAYOUT_OFFSET(TIMERS, Timer_Up, 0, 0, 0);
@@ -592,9 +601,9 @@ TGM_LAYOUT_SIZE(TIMERS, 512, 512, 512);
 /* CHANNEL: one oscilloscope channel; 16 bytes. */
 typedef struct _CHANNEL {
     uint32_t Offset; /* @0 R, byte: channel data position inside TGM_Oscilloscope */
-    uint32_t Memory_Type_Value; /* @4 RW: enum SHARED_MEMORY; memory of recorded value, generation 4 numbering */
+    uint32_t Memory_Type_Value; /* @4 RW, no unit: enum SHARED_MEMORY; memory of recorded value, generation 4 numbering */
     uint32_t Offset_Value; /* @8 RW, byte: position of recorded value */
-    uint32_t Type_Value; /* @12 RW: enum OSC_DATA_TYPE; 0-3 int32, 4-7 int64, 8 double, 9 float */
+    uint32_t Type_Value; /* @12 RW, no unit: enum OSC_DATA_TYPE; 0-3 int32, 4-7 int64, 8 double, 9 float */
 } CHANNEL;
 
 TGM_LAYOUT_OFFSET(CHANNEL, Offset, 0, 0, 0);
@@ -609,20 +618,20 @@ TGM_LAYOUT_SIZE(CHANNEL, 16, 16, 16);
 
 /* OSC: oscilloscope control block; 568 bytes. */
 typedef struct _OSC {
-    volatile int32_t Control; /* @0 RW: 0 stops, nonzero starts or arms */
-    volatile int32_t Status; /* @4 R: 0 idle, 1 recording, 2 awaiting trigger */
-    uint32_t Number_Periods; /* @8 RW: servo cycles per sample */
-    uint32_t Number_Chanels; /* @12 RW: active channels 1-32; osc chapter spells Number_Channels */
-    uint32_t Memory_Type_Trigger; /* @16 RW: enum SHARED_MEMORY; memory holding trigger value, generation 4 numbering */
+    volatile int32_t Control; /* @0 RW, no unit: 0 stops, nonzero starts or arms */
+    volatile int32_t Status; /* @4 R, no unit: 0 idle, 1 recording, 2 awaiting trigger */
+    uint32_t Number_Periods; /* @8 RW, no unit: servo cycles per sample */
+    uint32_t Number_Chanels; /* @12 RW, no unit: active channels 1-32; osc chapter spells Number_Channels */
+    uint32_t Memory_Type_Trigger; /* @16 RW, no unit: enum SHARED_MEMORY; memory holding trigger value, generation 4 numbering */
     uint32_t Offset_Trigger; /* @20 RW, byte: trigger value position */
-    uint32_t Mode_Trigger; /* @24 RW: 0 inactive, 1 rising, 2 falling */
-    uint32_t Type_Trigger; /* @28 RW: enum OSC_DATA_TYPE; trigger value type */
-    double Level_Trigger; /* @32 RW: trigger threshold */
-    CHANNEL Channel[32]; /* @40 -: 32 channel definitions */
-    uint32_t Number_Samples; /* @552 R: capacity in samples per channel */
-    uint32_t Actual_Samples; /* @556 R: samples recorded so far */
+    uint32_t Mode_Trigger; /* @24 RW, no unit: 0 inactive, 1 rising, 2 falling */
+    uint32_t Type_Trigger; /* @28 RW, no unit: enum OSC_DATA_TYPE; trigger value type */
+    double Level_Trigger; /* @32 RW, unit not stated: trigger threshold */
+    CHANNEL Channel[32]; /* @40 parts, no unit: 32 channel definitions */
+    uint32_t Number_Samples; /* @552 R, no unit: capacity in samples per channel */
+    uint32_t Actual_Samples; /* @556 R, no unit: samples recorded so far */
     uint32_t Sample_Time; /* @560 R, us: sampling interval: cycle time times Number_Periods */
-    uint32_t Reserved; /* @564 reserved: unused */
+    uint32_t Reserved; /* @564 reserved, no unit: unused */
 } OSC;
 
 TGM_LAYOUT_OFFSET(OSC, Control, 0, 0, 0);
@@ -657,19 +666,19 @@ TGM_LAYOUT_SIZE(OSC, 568, 568, 568);
 
 /* ECAT_DRIVER: EtherCAT network driver counters; 64 bytes. */
 typedef struct _ECAT_DRIVER {
-    uint32_t bus_id; /* @0 -: PCI bus, from configuration */
-    uint32_t device_id; /* @4 -: PCI device, from configuration */
-    uint32_t function_id; /* @8 -: PCI function, from configuration */
-    uint32_t reserve_id; /* @12 reserved: unused */
-    uint32_t nPacketsSent; /* @16 R: sent packets, host-written */
-    uint32_t nPacketsRecv; /* @20 R: received packets, host-written */
-    uint32_t errRcv; /* @24 R: receive errors */
-    uint32_t errIgnoringPackets; /* @28 R: ignored packet errors */
-    uint32_t errSplitPackets; /* @32 R: split packet errors */
-    uint32_t errFrame; /* @36 R: framing errors */
-    uint32_t errLength; /* @40 R: length errors */
-    uint32_t errTimeStamp; /* @44 R: timestamp errors */
-    uint32_t errReserve[4]; /* @48 reserved: unused */
+    uint32_t bus_id; /* @0 R (L5), no unit: PCI bus, from configuration */
+    uint32_t device_id; /* @4 R (L5), no unit: PCI device, from configuration */
+    uint32_t function_id; /* @8 R (L5), no unit: PCI function, from configuration */
+    uint32_t reserve_id; /* @12 reserved, no unit: unused */
+    uint32_t nPacketsSent; /* @16 R, no unit: sent packets, host-written */
+    uint32_t nPacketsRecv; /* @20 R, no unit: received packets, host-written */
+    uint32_t errRcv; /* @24 R, no unit: receive errors */
+    uint32_t errIgnoringPackets; /* @28 R, no unit: ignored packet errors */
+    uint32_t errSplitPackets; /* @32 R, no unit: split packet errors */
+    uint32_t errFrame; /* @36 R, no unit: framing errors */
+    uint32_t errLength; /* @40 R, no unit: length errors */
+    uint32_t errTimeStamp; /* @44 R, no unit: timestamp errors */
+    uint32_t errReserve[4]; /* @48 reserved, no unit: unused */
 } ECAT_DRIVER;
 
 TGM_LAYOUT_OFFSET(ECAT_DRIVER, bus_id, 0, 0, 0);
@@ -702,8 +711,8 @@ TGM_LAYOUT_SIZE(ECAT_DRIVER, 64, 64, 64);
 
 /* EEPROM_CONTROL: load and store handshake of the persistent area; 8 bytes. */
 typedef struct _EEPROM_CONTROL {
-    uint32_t Control; /* @0 W: 1 load, 2 store */
-    int32_t Status; /* @4 R: 0 ready, 1 busy, -1 failed */
+    uint32_t Control; /* @0 W, no unit: 1 load, 2 store */
+    int32_t Status; /* @4 R, no unit: 0 ready, 1 busy, -1 failed */
 } EEPROM_CONTROL;
 
 TGM_LAYOUT_OFFSET(EEPROM_CONTROL, Control, 0, 0, 0);
@@ -714,8 +723,8 @@ TGM_LAYOUT_SIZE(EEPROM_CONTROL, 8, 8, 8);
 
 /* EEPROM: persistent area; 2760 bytes. */
 typedef struct _EEPROM {
-    EEPROM_CONTROL ctrl; /* @0 (5.00) -: load and save handshake */
-    int32_t Data[688]; /* @8 (5.00) -: persistent words, 2752 bytes */
+    EEPROM_CONTROL ctrl; /* @0 (5.00) parts, no unit: load and save handshake */
+    int32_t Data[688]; /* @8 (5.00) RW (L5), no unit: persistent words, 2752 bytes */
 } EEPROM;
 
 TGM_LAYOUT_OFFSET(EEPROM, ctrl, 0, 0, 0);
@@ -726,13 +735,13 @@ TGM_LAYOUT_SIZE(EEPROM, 2760, 2760, 2760);
 
 /* SYSTEM: content of TGM_System; 8192 bytes. */
 typedef struct _SYSTEM {
-    HEADER Header; /* @0 -: fixed 128-byte identification block */
-    MAIN Main; /* @128 (5.00) -: control words, counts, cycle timing */
-    RESERVE_MAIN Reserve_Main; /* @2448 (5.00) reserved, byte: filler after MAIN */
-    TIMERS Timers; /* @4224 -, ms: 64 up and 64 down counters */
-    OSC Osc; /* @4736 -: oscilloscope registers, start at byte 4736 */
-    ECAT_DRIVER Ecat_Driver[2]; /* @5304 (5.00) -: NIC driver info, PC only */
-    EEPROM Eeprom; /* @5432 (5.00) -: persistent area, fills memory to 8192 bytes */
+    HEADER Header; /* @0 parts, no unit: fixed 128-byte identification block */
+    MAIN Main; /* @128 (5.00) parts, no unit: control words, counts, cycle timing */
+    RESERVE_MAIN Reserve_Main; /* @2448 (5.00) parts, byte: filler after MAIN */
+    TIMERS Timers; /* @4224 parts, ms: 64 up and 64 down counters */
+    OSC Osc; /* @4736 parts, no unit: oscilloscope registers, start at byte 4736 */
+    ECAT_DRIVER Ecat_Driver[2]; /* @5304 (5.00) parts, no unit: NIC driver info, PC only */
+    EEPROM Eeprom; /* @5432 (5.00) parts, no unit: persistent area, fills memory to 8192 bytes */
 } SYSTEM;
 
 TGM_LAYOUT_OFFSET(SYSTEM, Header, 0, 0, 0);
@@ -753,10 +762,10 @@ TGM_LAYOUT_SIZE(SYSTEM, 8192, 8192, 8192);
 
 /* ECAT_REGISTER: raw slave controller register access; 16 bytes. */
 typedef struct _ECAT_REGISTER {
-    uint32_t Control; /* @0 -: enum ECAT_REGISTER_CONTROL; request and state word */
-    uint32_t NumberByte; /* @4 -, byte: 1, 2 or 4; anything else becomes 4 */
-    uint32_t Index; /* @8 -: register address */
-    int32_t Data; /* @12 -: value; 0 on failure */
+    uint32_t Control; /* @0 RW, no unit: enum ECAT_REGISTER_CONTROL; request and state word */
+    uint32_t NumberByte; /* @4 RW, byte: 1, 2 or 4; anything else becomes 4 */
+    uint32_t Index; /* @8 RW, no unit: register address */
+    int32_t Data; /* @12 RW, no unit: value; 0 on failure */
 } ECAT_REGISTER;
 
 TGM_LAYOUT_OFFSET(ECAT_REGISTER, Control, 0, 0, 0);
@@ -771,18 +780,18 @@ TGM_LAYOUT_SIZE(ECAT_REGISTER, 16, 16, 16);
 
 /* PG: profile generator of a servo; 200 bytes. */
 typedef struct _PG {
-    double Acc; /* @0 -, inc/s2: acceleration wanted */
-    double Dec; /* @8 -, inc/s2: deceleration wanted */
-    double APos; /* @16 -, inc: current profile position */
-    double DPos; /* @24 -, inc: target position */
-    double ASpeed; /* @32 -, inc/s: current profile speed */
-    double PosSpeed; /* @40 -, inc/s: speed for positioning */
-    double Speed; /* @48 -, inc/s: speed for speed mode */
-    double DReserve[10]; /* @56 reserved: unused */
-    uint32_t Mode; /* @136 -: 0 speed, 1 position, 2 decelerating (read only) */
-    uint32_t Rdy; /* @140 -: 1 when target reached */
-    uint32_t Type; /* @144 -: ramp shape 0-5, see constants */
-    int32_t IReserve[13]; /* @148 reserved: unused */
+    double Acc; /* @0 RW (L5), inc/s2: acceleration wanted */
+    double Dec; /* @8 RW (L5), inc/s2: deceleration wanted */
+    double APos; /* @16 R (L5), inc: current profile position */
+    double DPos; /* @24 RW (L5), inc: target position */
+    double ASpeed; /* @32 R (L5), inc/s: current profile speed */
+    double PosSpeed; /* @40 RW (L5), inc/s: speed for positioning */
+    double Speed; /* @48 RW (L5), inc/s: speed for speed mode */
+    double DReserve[10]; /* @56 reserved, no unit: unused */
+    uint32_t Mode; /* @136 RW (L5), no unit: 0 speed, 1 position, 2 decelerating (read only) */
+    uint32_t Rdy; /* @140 R (L5), no unit: 1 when target reached */
+    uint32_t Type; /* @144 RW (L5), no unit: ramp shape 0-5, see constants */
+    int32_t IReserve[13]; /* @148 reserved, no unit: unused */
 } PG;
 
 TGM_LAYOUT_OFFSET(PG, Acc, 0, 0, 0);
@@ -813,12 +822,12 @@ TGM_LAYOUT_SIZE(PG, 200, 200, 200);
 
 /* SDO: SDO transfer handshake; 24 bytes. */
 typedef struct _SDO {
-    uint32_t Control; /* @0 -: 1 write, 2 read, 0 done */
-    int32_t Status; /* @4 -: 0 finished, 1 (positive) busy, -1 failed */
-    uint32_t NumberByte; /* @8 -, byte: transfer length: 1, 2 or 4 */
-    uint32_t Index; /* @12 -: object index */
-    uint32_t SubIndex; /* @16 -: object subindex */
-    int32_t Data; /* @20 -: value, or error code when Status -1 */
+    uint32_t Control; /* @0 RW (L5), no unit: 1 write, 2 read, 0 done */
+    int32_t Status; /* @4 R (L5), no unit: 0 finished, 1 (positive) busy, -1 failed */
+    uint32_t NumberByte; /* @8 RW (L5), byte: transfer length: 1, 2 or 4 */
+    uint32_t Index; /* @12 RW (L5), no unit: object index */
+    uint32_t SubIndex; /* @16 RW (L5), no unit: object subindex */
+    int32_t Data; /* @20 RW (L5), no unit: value, or error code when Status -1 */
 } SDO;
 
 TGM_LAYOUT_OFFSET(SDO, Control, 0, 0, 0);
@@ -837,32 +846,32 @@ TGM_LAYOUT_SIZE(SDO, 24, 24, 24);
 
 /* GEAR: electronic gear and cam of a servo; 256 bytes. */
 typedef struct _GEAR {
-    double Position; /* @0 -, inc: linear output, or cam pointer */
-    double CamPosition; /* @8 -, inc: cam output */
-    double Offset; /* @16 -, inc: output offset */
-    double Shift; /* @24 -, inc: wanted cam pointer shift */
-    double ActualShift; /* @32 -, inc: present cam pointer shift */
-    double IncShift; /* @40 -, inc/tick: shift change per servo cycle */
-    double IncIn; /* @48 -, inc/tick: ramp of ActualIn per servo cycle */
-    double CamIncPosition; /* @56 -, inc: position increment of incremental cam */
-    double CamScale; /* @64 -: cam scale factor */
-    double DReserve[8]; /* @72 reserved: unused */
-    int32_t SourceNumber; /* @136 -: master servo index */
-    int32_t SourcePosition; /* @140 -: 1 WritePosition, 2 Position, 3 servo tick, 4 ExtPosition */
-    int32_t Mode; /* @144 -: 0 off, 1 linear, 2 cam */
-    int32_t In; /* @148 -: ratio numerator */
-    int32_t Out; /* @152 -: ratio denominator */
-    int32_t ActualIn; /* @156 -: present ratio numerator */
-    int32_t CamLine; /* @160 -, byte: first cam sample position in cam or data memory */
-    int32_t CamLen; /* @164 -: cam sample count */
-    int32_t CamType; /* @168 -: 0 reversible, 1 forward only */
-    int32_t CamTab; /* @172 -: 0 cam memory, 1 data memory */
-    int32_t CamExpControl; /* @176 -: bits 0 and 1 enable external cams */
-    int32_t CamExpLine1; /* @180 -, byte: first sample of external cam 1 */
-    int32_t CamExpLine2; /* @184 -, byte: first sample of external cam 2 */
-    int32_t CamExpAddress1; /* @188 -, byte: destination of external cam 1 output */
-    int32_t CamExpAddress2; /* @192 -, byte: destination of external cam 2 output */
-    int32_t IReserve[15]; /* @196 reserved: unused */
+    double Position; /* @0 R (L5), inc: linear output, or cam pointer */
+    double CamPosition; /* @8 R (L5), inc: cam output */
+    double Offset; /* @16 RW (L5), inc: output offset */
+    double Shift; /* @24 RW (L5), inc: wanted cam pointer shift */
+    double ActualShift; /* @32 R (L5), inc: present cam pointer shift */
+    double IncShift; /* @40 RW (L5), inc/tick: shift change per servo cycle */
+    double IncIn; /* @48 RW (L5), inc/tick: ramp of ActualIn per servo cycle */
+    double CamIncPosition; /* @56 R (L5), inc: position increment of incremental cam */
+    double CamScale; /* @64 RW (L5), no unit: cam scale factor */
+    double DReserve[8]; /* @72 reserved, no unit: unused */
+    int32_t SourceNumber; /* @136 RW (L5), no unit: master servo index */
+    int32_t SourcePosition; /* @140 RW (L5), no unit: 1 WritePosition, 2 Position, 3 servo tick, 4 ExtPosition */
+    int32_t Mode; /* @144 RW (L5), no unit: 0 off, 1 linear, 2 cam */
+    int32_t In; /* @148 RW (L5), no unit: ratio numerator */
+    int32_t Out; /* @152 RW (L5), no unit: ratio denominator */
+    int32_t ActualIn; /* @156 R (L5), no unit: present ratio numerator */
+    int32_t CamLine; /* @160 RW (L5), byte: first cam sample position in cam or data memory */
+    int32_t CamLen; /* @164 RW (L5), no unit: cam sample count */
+    int32_t CamType; /* @168 RW (L5), no unit: 0 reversible, 1 forward only */
+    int32_t CamTab; /* @172 RW (L5), no unit: 0 cam memory, 1 data memory */
+    int32_t CamExpControl; /* @176 RW (L5), no unit: bits 0 and 1 enable external cams */
+    int32_t CamExpLine1; /* @180 RW (L5), byte: first sample of external cam 1 */
+    int32_t CamExpLine2; /* @184 RW (L5), byte: first sample of external cam 2 */
+    int32_t CamExpAddress1; /* @188 RW (L5), byte: destination of external cam 1 output */
+    int32_t CamExpAddress2; /* @192 RW (L5), byte: destination of external cam 2 output */
+    int32_t IReserve[15]; /* @196 reserved, no unit: unused */
 } GEAR;
 
 TGM_LAYOUT_OFFSET(GEAR, Position, 0, 0, 0);
@@ -921,10 +930,10 @@ TGM_LAYOUT_SIZE(GEAR, 256, 256, 256);
 
 /* MAP_CNC: interpolator axis that drives a servo; 16 bytes. */
 typedef struct _MAP_CNC {
-    uint32_t IntNumber; /* @0 -: interpolator index */
-    uint32_t AxisIndex; /* @4 -: axis within interpolator */
-    int32_t Reserve1; /* @8 reserved: unused */
-    int32_t Reserve2; /* @12 reserved: unused */
+    uint32_t IntNumber; /* @0 RW (L5), no unit: interpolator index */
+    uint32_t AxisIndex; /* @4 RW (L5), no unit: axis within interpolator */
+    int32_t Reserve1; /* @8 reserved, no unit: unused */
+    int32_t Reserve2; /* @12 reserved, no unit: unused */
 } MAP_CNC;
 
 TGM_LAYOUT_OFFSET(MAP_CNC, IntNumber, 0, 0, 0);
@@ -939,19 +948,19 @@ TGM_LAYOUT_SIZE(MAP_CNC, 16, 16, 16);
 
 /* CAPTURE: position capture of a servo; 128 bytes. */
 typedef struct _CAPTURE {
-    volatile uint32_t Control; /* @0 -: capture control; meaning unpublished */
-    uint32_t Typ_ExtCapture; /* @4 -: external capture kind; meaning unpublished */
-    uint32_t Offset; /* @8 -: meaning unpublished */
-    int32_t IData; /* @12 -: integer result; meaning unpublished */
-    int32_t IReserve[4]; /* @16 reserved: unused */
-    double PPosition; /* @32 -: name suggests position at rising edge; unpublished */
-    double NPosition; /* @40 -: name suggests position at falling edge; unpublished */
-    double PExt_Position; /* @48 -: external position counterpart of PPosition; unpublished */
-    double NExt_Position; /* @56 -: external position counterpart of NPosition; unpublished */
-    double Write_Position; /* @64 -: meaning unpublished */
-    double DData; /* @72 -: floating result; meaning unpublished */
-    double Zero_Position; /* @80 -: meaning unpublished */
-    double DReserve[5]; /* @88 reserved: unused */
+    volatile uint32_t Control; /* @0 RW (L5), no unit: capture control; meaning unpublished */
+    uint32_t Typ_ExtCapture; /* @4 RW (L5), no unit: external capture kind; meaning unpublished */
+    uint32_t Offset; /* @8 RW (L5), no unit: meaning unpublished */
+    int32_t IData; /* @12 RW (L5), unit not stated: integer result; meaning unpublished */
+    int32_t IReserve[4]; /* @16 reserved, no unit: unused */
+    double PPosition; /* @32 RW (L5), unit not stated: name suggests position at rising edge; unpublished */
+    double NPosition; /* @40 RW (L5), unit not stated: name suggests position at falling edge; unpublished */
+    double PExt_Position; /* @48 RW (L5), unit not stated: external position counterpart of PPosition; unpublished */
+    double NExt_Position; /* @56 RW (L5), unit not stated: external position counterpart of NPosition; unpublished */
+    double Write_Position; /* @64 RW (L5), unit not stated: meaning unpublished */
+    double DData; /* @72 RW (L5), unit not stated: floating result; meaning unpublished */
+    double Zero_Position; /* @80 RW (L5), unit not stated: meaning unpublished */
+    double DReserve[5]; /* @88 reserved, no unit: unused */
 } CAPTURE;
 
 TGM_LAYOUT_OFFSET(CAPTURE, Control, 0, 0, 0);
@@ -984,9 +993,9 @@ TGM_LAYOUT_SIZE(CAPTURE, 128, 128, 128);
 
 /* COMMAND: simplified commands to PG and GEAR; 128 bytes. */
 typedef struct _COMMAND {
-    volatile int32_t Control; /* @0 -: command 1-7, host returns it to 0 */
-    int32_t Reserve; /* @4 reserved: unused */
-    double Par[15]; /* @8 -: arguments depending on Control */
+    volatile int32_t Control; /* @0 RW (L5), no unit: command 1-7, host returns it to 0 */
+    int32_t Reserve; /* @4 reserved, no unit: unused */
+    double Par[15]; /* @8 RW (L5), unit not stated: arguments depending on Control */
 } COMMAND;
 
 TGM_LAYOUT_OFFSET(COMMAND, Control, 0, 0, 0);
@@ -999,27 +1008,27 @@ TGM_LAYOUT_SIZE(COMMAND, 128, 128, 128);
 
 /* SERVO: one servo axis (manual: Servo structure); element of TGM_Servo; 2048 bytes. */
 typedef struct _SERVO {
-    uint32_t Number; /* @0 -: logical index */
-    uint32_t Node; /* @4 -: network node */
-    uint32_t Axis; /* @8 -: axis of multi-axis drive; called Axe before August 2017 */
-    uint32_t Type; /* @12 -: enum SERVO_TYPE; drive family */
-    uint32_t Resolution; /* @16 -, inc/rev: increments per motor turn */
-    int32_t SerialNumber; /* @20 -: drive serial number */
-    volatile uint32_t Control; /* @24 -: bits: reset fault, torque off, bus reset, auto torque */
-    volatile int32_t Status; /* @28 -: -1 comm fault, 0 silent, 1 fault, 2 disabled, 3 enabled */
-    int32_t Mode; /* @32 -: operating mode; only 9 (user) is named */
-    uint32_t Error; /* @36 -: drive fault code */
-    uint32_t EtherCATState; /* @40 -: EtherCAT communication state */
-    uint32_t DigitalIn; /* @44 -: drive digital inputs */
-    uint32_t DigitalOut; /* @48 RW: drive outputs; writing sets them */
-    int32_t TorqueFeedForward; /* @52 -, 0.1% rated torque: torque feed forward */
-    int32_t ControlWord; /* @56 -: mirror of CAN control word */
-    int32_t StatusWord; /* @60 -: mirror of CAN status word */
-    uint32_t SysTimeDifference; /* @64 -, ns: last local versus reference clock deviation */
-    ECAT_REGISTER ecatRegister; /* @68 -: raw EtherCAT register access */
-    uint32_t ECATBusPosition; /* @84 -: discovered bus position */
+    uint32_t Number; /* @0 R (L5), no unit: logical index */
+    uint32_t Node; /* @4 R (L5), no unit: network node */
+    uint32_t Axis; /* @8 R (L5), no unit: axis of multi-axis drive; called Axe before August 2017 */
+    uint32_t Type; /* @12 R (L5), no unit: enum SERVO_TYPE; drive family */
+    uint32_t Resolution; /* @16 R (L5), inc/rev: increments per motor turn */
+    int32_t SerialNumber; /* @20 R (L5), no unit: drive serial number */
+    volatile uint32_t Control; /* @24 W, no unit: bits: reset fault, torque off, bus reset, auto torque */
+    volatile int32_t Status; /* @28 R, no unit: -1 comm fault, 0 silent, 1 fault, 2 disabled, 3 enabled */
+    int32_t Mode; /* @32 RW, no unit: operating mode; only 9 (user) is named */
+    uint32_t Error; /* @36 R, no unit: drive fault code */
+    uint32_t EtherCATState; /* @40 R, no unit: EtherCAT communication state */
+    uint32_t DigitalIn; /* @44 R, no unit: drive digital inputs */
+    uint32_t DigitalOut; /* @48 RW, no unit: drive outputs; writing sets them */
+    int32_t TorqueFeedForward; /* @52 RW (L5), 0.1% rated torque: torque feed forward */
+    int32_t ControlWord; /* @56 R, no unit: mirror of CAN control word */
+    int32_t StatusWord; /* @60 R, no unit: mirror of CAN status word */
+    uint32_t SysTimeDifference; /* @64 R, ns: last local versus reference clock deviation */
+    ECAT_REGISTER ecatRegister; /* @68 parts, no unit: raw EtherCAT register access */
+    uint32_t ECATBusPosition; /* @84 R, no unit: discovered bus position */
     uint32_t ResolutionBits; /* @88 R, bit: resolution as power of two */
-    int32_t IReserve[93]; /* @92 reserved: unused */
+    int32_t IReserve[93]; /* @92 reserved, no unit: unused */
     double WritePosition; /* @464 RW, inc: commanded position */
     double Position; /* @472 R, inc: measured position */
     double RefPosition; /* @480 R, inc: measured position including shift */
@@ -1035,14 +1044,14 @@ typedef struct _SERVO {
     double AnalogIn; /* @560 R, inc: analog input, scale by drive type */
     double WriteAcc; /* @568 R, inc/s2: commanded acceleration */
     double AccMaxTorqueFeedForward; /* @576 W, inc/s2: acceleration giving full feed forward */
-    double TransformedPosition; /* @584 -: source for WritePosition when Mode is 9 */
-    double DReserve[88]; /* @592 reserved: unused */
-    PG Pg; /* @1296 -: profile generator */
-    SDO Sdo; /* @1496 -: SDO mailbox */
-    GEAR Gear; /* @1520 -: gear and cam generator */
-    MAP_CNC Cnc; /* @1776 -: interpolator axis mapping */
-    CAPTURE Capture; /* @1792 -: position capture */
-    COMMAND Command; /* @1920 -: simplified PG and gear commands */
+    double TransformedPosition; /* @584 W, inc: source for WritePosition when Mode is 9 */
+    double DReserve[88]; /* @592 reserved, no unit: unused */
+    PG Pg; /* @1296 parts, no unit: profile generator */
+    SDO Sdo; /* @1496 parts, no unit: SDO mailbox */
+    GEAR Gear; /* @1520 parts, no unit: gear and cam generator */
+    MAP_CNC Cnc; /* @1776 parts, no unit: interpolator axis mapping */
+    CAPTURE Capture; /* @1792 parts, no unit: position capture */
+    COMMAND Command; /* @1920 parts, no unit: simplified PG and gear commands */
 } SERVO;
 
 TGM_LAYOUT_OFFSET(SERVO, Number, 0, 0, 0);
@@ -1137,66 +1146,66 @@ TGM_LAYOUT_SIZE(SERVO, 2048, 2048, 2048);
 
 /* DIO: one digital I/O unit (manual: I/O structure); element of TGM_Dio; 2048 bytes. */
 typedef struct _DIO {
-    int32_t Number; /* @0 -: logical module index */
-    int32_t Node; /* @4 -: address set on module */
-    int32_t Type; /* @8 -: module kind */
-    volatile int32_t Control; /* @12 -: bit 0 clears fault, bit 2 resets bus communication */
-    volatile int32_t Status; /* @16 -: state; called Stav before August 2017 */
-    int32_t Error; /* @20 -: fault code */
-    int32_t NumberIn; /* @24 -, byte: input bytes used */
-    int32_t In0; /* @28 -: input octet 0, low 8 bits only; same slot as 5.00 In[0] */
-    int32_t In1; /* @32 -: input octet 1, low 8 bits only; same slot as 5.00 In[1] */
-    int32_t In2; /* @36 -: input octet 2, low 8 bits only; same slot as 5.00 In[2] */
-    int32_t In3; /* @40 -: input octet 3, low 8 bits only; same slot as 5.00 In[3] */
-    int32_t In4; /* @44 -: input octet 4, low 8 bits only; same slot as 5.00 In[4] */
-    int32_t In5; /* @48 -: input octet 5, low 8 bits only; same slot as 5.00 In[5] */
-    int32_t In6; /* @52 -: input octet 6, low 8 bits only; same slot as 5.00 In[6] */
-    int32_t In7; /* @56 -: input octet 7, low 8 bits only; same slot as 5.00 In[7] */
-    int32_t Ext_In0; /* @60 -: input octet 8, low 8 bits only; same slot as 5.00 In[8] */
-    int32_t Ext_In1; /* @64 -: input octet 9, low 8 bits only; same slot as 5.00 In[9] */
-    int32_t Ext_In2; /* @68 -: input octet 10, low 8 bits only; same slot as 5.00 In[10] */
-    int32_t Ext_In3; /* @72 -: input octet 11, low 8 bits only; same slot as 5.00 In[11] */
-    int32_t Ext_In4; /* @76 -: input octet 12, low 8 bits only; same slot as 5.00 In[12] */
-    int32_t Ext_In5; /* @80 -: input octet 13, low 8 bits only; same slot as 5.00 In[13] */
-    int32_t Ext_In6; /* @84 -: input octet 14, low 8 bits only; same slot as 5.00 In[14] */
-    int32_t Ext_In7; /* @88 -: input octet 15, low 8 bits only; same slot as 5.00 In[15] */
-    int32_t NumberOut; /* @92 -, byte: output bytes used */
-    int32_t Out0; /* @96 -: output octet 0, low 8 bits only; same slot as 5.00 Out[0] */
-    int32_t Out1; /* @100 -: output octet 1, low 8 bits only; same slot as 5.00 Out[1] */
-    int32_t Out2; /* @104 -: output octet 2, low 8 bits only; same slot as 5.00 Out[2] */
-    int32_t Out3; /* @108 -: output octet 3, low 8 bits only; same slot as 5.00 Out[3] */
-    int32_t Out4; /* @112 -: output octet 4, low 8 bits only; same slot as 5.00 Out[4] */
-    int32_t Out5; /* @116 -: output octet 5, low 8 bits only; same slot as 5.00 Out[5] */
-    int32_t Out6; /* @120 -: output octet 6, low 8 bits only; same slot as 5.00 Out[6] */
-    int32_t Out7; /* @124 -: output octet 7, low 8 bits only; same slot as 5.00 Out[7] */
-    int32_t Ext_Out0; /* @128 -: output octet 8, low 8 bits only; same slot as 5.00 Out[8] */
-    int32_t Ext_Out1; /* @132 -: output octet 9, low 8 bits only; same slot as 5.00 Out[9] */
-    int32_t Ext_Out2; /* @136 -: output octet 10, low 8 bits only; same slot as 5.00 Out[10] */
-    int32_t Ext_Out3; /* @140 -: output octet 11, low 8 bits only; same slot as 5.00 Out[11] */
-    int32_t Ext_Out4; /* @144 -: output octet 12, low 8 bits only; same slot as 5.00 Out[12] */
-    int32_t Ext_Out5; /* @148 -: output octet 13, low 8 bits only; same slot as 5.00 Out[13] */
-    int32_t Ext_Out6; /* @152 -: output octet 14, low 8 bits only; same slot as 5.00 Out[14] */
-    int32_t Ext_Out7; /* @156 -: output octet 15, low 8 bits only; same slot as 5.00 Out[15] */
-    uint32_t NumberAI; /* @160 (5.00) -: analog inputs present */
-    int32_t AI[16]; /* @164 (5.00) -: analog input values */
-    uint32_t NumberAO; /* @228 (5.00) -: analog outputs present */
-    int32_t AO[16]; /* @232 (5.00) -: analog output values */
-    uint32_t Number_MeasureAmpl; /* @296 (5.00) -: strain gauges present */
-    int32_t Ext_MeasureAmpl[8]; /* @300 (5.00) -: strain gauge values */
-    uint32_t EtherCATState; /* @332 (5.00) -: 1 Init, 2 PreOp, 4 SafeOp, 8 Op */
-    SDO Sdo; /* @336 (5.00) -: SDO mailbox */
-    int32_t sdoResponseTries; /* @360 (5.00) -: failed SDO requests from PLC */
-    uint8_t RxBuffer[32]; /* @364 (5.00) -, byte: serial terminal receive ring */
-    uint8_t TxBuffer[32]; /* @396 (5.00) -, byte: serial terminal transmit ring */
-    int32_t TS_Data[8]; /* @428 (5.00) -: type specific, not in use */
-    uint32_t SysTimeDifference; /* @460 (5.00) -, ns: last local versus reference clock deviation */
-    ECAT_REGISTER ecatRegister; /* @464 (5.00) -: raw EtherCAT register access */
-    uint32_t ECATBusPosition; /* @480 (5.00) -: bus position */
+    int32_t Number; /* @0 R (L5), no unit: logical module index */
+    int32_t Node; /* @4 R (L5), no unit: address set on module */
+    int32_t Type; /* @8 R (L5), no unit: module kind */
+    volatile int32_t Control; /* @12 RW (L5), no unit: bit 0 clears fault, bit 2 resets bus communication */
+    volatile int32_t Status; /* @16 R (L5), no unit: state; called Stav before August 2017 */
+    int32_t Error; /* @20 R (L5), no unit: fault code */
+    int32_t NumberIn; /* @24 R (L5), byte: input bytes used */
+    int32_t In0; /* @28 R (L5), no unit: input octet 0, low 8 bits only; same slot as 5.00 In[0] */
+    int32_t In1; /* @32 R (L5), no unit: input octet 1, low 8 bits only; same slot as 5.00 In[1] */
+    int32_t In2; /* @36 R (L5), no unit: input octet 2, low 8 bits only; same slot as 5.00 In[2] */
+    int32_t In3; /* @40 R (L5), no unit: input octet 3, low 8 bits only; same slot as 5.00 In[3] */
+    int32_t In4; /* @44 R (L5), no unit: input octet 4, low 8 bits only; same slot as 5.00 In[4] */
+    int32_t In5; /* @48 R (L5), no unit: input octet 5, low 8 bits only; same slot as 5.00 In[5] */
+    int32_t In6; /* @52 R (L5), no unit: input octet 6, low 8 bits only; same slot as 5.00 In[6] */
+    int32_t In7; /* @56 R (L5), no unit: input octet 7, low 8 bits only; same slot as 5.00 In[7] */
+    int32_t Ext_In0; /* @60 R (L5), no unit: input octet 8, low 8 bits only; same slot as 5.00 In[8] */
+    int32_t Ext_In1; /* @64 R (L5), no unit: input octet 9, low 8 bits only; same slot as 5.00 In[9] */
+    int32_t Ext_In2; /* @68 R (L5), no unit: input octet 10, low 8 bits only; same slot as 5.00 In[10] */
+    int32_t Ext_In3; /* @72 R (L5), no unit: input octet 11, low 8 bits only; same slot as 5.00 In[11] */
+    int32_t Ext_In4; /* @76 R (L5), no unit: input octet 12, low 8 bits only; same slot as 5.00 In[12] */
+    int32_t Ext_In5; /* @80 R (L5), no unit: input octet 13, low 8 bits only; same slot as 5.00 In[13] */
+    int32_t Ext_In6; /* @84 R (L5), no unit: input octet 14, low 8 bits only; same slot as 5.00 In[14] */
+    int32_t Ext_In7; /* @88 R (L5), no unit: input octet 15, low 8 bits only; same slot as 5.00 In[15] */
+    int32_t NumberOut; /* @92 R (L5), byte: output bytes used */
+    int32_t Out0; /* @96 RW (L5), no unit: output octet 0, low 8 bits only; same slot as 5.00 Out[0] */
+    int32_t Out1; /* @100 RW (L5), no unit: output octet 1, low 8 bits only; same slot as 5.00 Out[1] */
+    int32_t Out2; /* @104 RW (L5), no unit: output octet 2, low 8 bits only; same slot as 5.00 Out[2] */
+    int32_t Out3; /* @108 RW (L5), no unit: output octet 3, low 8 bits only; same slot as 5.00 Out[3] */
+    int32_t Out4; /* @112 RW (L5), no unit: output octet 4, low 8 bits only; same slot as 5.00 Out[4] */
+    int32_t Out5; /* @116 RW (L5), no unit: output octet 5, low 8 bits only; same slot as 5.00 Out[5] */
+    int32_t Out6; /* @120 RW (L5), no unit: output octet 6, low 8 bits only; same slot as 5.00 Out[6] */
+    int32_t Out7; /* @124 RW (L5), no unit: output octet 7, low 8 bits only; same slot as 5.00 Out[7] */
+    int32_t Ext_Out0; /* @128 RW (L5), no unit: output octet 8, low 8 bits only; same slot as 5.00 Out[8] */
+    int32_t Ext_Out1; /* @132 RW (L5), no unit: output octet 9, low 8 bits only; same slot as 5.00 Out[9] */
+    int32_t Ext_Out2; /* @136 RW (L5), no unit: output octet 10, low 8 bits only; same slot as 5.00 Out[10] */
+    int32_t Ext_Out3; /* @140 RW (L5), no unit: output octet 11, low 8 bits only; same slot as 5.00 Out[11] */
+    int32_t Ext_Out4; /* @144 RW (L5), no unit: output octet 12, low 8 bits only; same slot as 5.00 Out[12] */
+    int32_t Ext_Out5; /* @148 RW (L5), no unit: output octet 13, low 8 bits only; same slot as 5.00 Out[13] */
+    int32_t Ext_Out6; /* @152 RW (L5), no unit: output octet 14, low 8 bits only; same slot as 5.00 Out[14] */
+    int32_t Ext_Out7; /* @156 RW (L5), no unit: output octet 15, low 8 bits only; same slot as 5.00 Out[15] */
+    uint32_t NumberAI; /* @160 (5.00) R (L5), no unit: analog inputs present */
+    int32_t AI[16]; /* @164 (5.00) R (L5), unit not stated: analog input values */
+    uint32_t NumberAO; /* @228 (5.00) R (L5), no unit: analog outputs present */
+    int32_t AO[16]; /* @232 (5.00) RW (L5), unit not stated: analog output values */
+    uint32_t Number_MeasureAmpl; /* @296 (5.00) R (L5), no unit: strain gauges present */
+    int32_t Ext_MeasureAmpl[8]; /* @300 (5.00) R (L5), unit not stated: strain gauge values */
+    uint32_t EtherCATState; /* @332 (5.00) R (L5), no unit: 1 Init, 2 PreOp, 4 SafeOp, 8 Op */
+    SDO Sdo; /* @336 (5.00) parts, no unit: SDO mailbox */
+    int32_t sdoResponseTries; /* @360 (5.00) R (L5), no unit: failed SDO requests from PLC */
+    uint8_t RxBuffer[32]; /* @364 (5.00) R (L5), byte: serial terminal receive ring */
+    uint8_t TxBuffer[32]; /* @396 (5.00) RW (L5), byte: serial terminal transmit ring */
+    int32_t TS_Data[8]; /* @428 (5.00) R (L5), no unit: type specific, not in use */
+    uint32_t SysTimeDifference; /* @460 (5.00) R (L5), ns: last local versus reference clock deviation */
+    ECAT_REGISTER ecatRegister; /* @464 (5.00) parts, no unit: raw EtherCAT register access */
+    uint32_t ECATBusPosition; /* @480 (5.00) R (L5), no unit: bus position */
     volatile uint32_t RxPointerWrite; /* @484 (5.00) R, byte: ring index advanced by host */
     volatile uint32_t RxPointerRead; /* @488 (5.00) W, byte: ring index advanced by PLC */
     volatile uint32_t TxPointerWrite; /* @492 (5.00) W, byte: ring index advanced by PLC */
     volatile uint32_t TxPointerRead; /* @496 (5.00) R, byte: ring index advanced by host */
-    int32_t IReserve1[387]; /* @500 (5.00) reserved: unused */
+    int32_t IReserve1[387]; /* @500 (5.00) reserved, no unit: unused */
 } DIO;
 
 TGM_LAYOUT_OFFSET(DIO, Number, 0, 0, 0);
@@ -1323,8 +1332,8 @@ TGM_LAYOUT_SIZE(DIO, 2048, 2048, 2048);
 
 /* CONT_MFUNC_HISTORY: latest continuous M functions; 36 bytes. */
 typedef struct _CONT_MFUNC_HISTORY {
-    uint32_t lastValidEntry; /* @0 -: newest index; presence before 5.00 unconfirmed */
-    uint32_t mFuncs[8]; /* @4 RW: host writes, PLC reads and may zero */
+    uint32_t lastValidEntry; /* @0 R (L5), no unit: newest index; presence before 5.00 unconfirmed */
+    uint32_t mFuncs[8]; /* @4 RW, no unit: host writes, PLC reads and may zero */
 } CONT_MFUNC_HISTORY;
 
 TGM_LAYOUT_OFFSET(CONT_MFUNC_HISTORY, lastValidEntry, 0, 0, 0);
@@ -1335,21 +1344,21 @@ TGM_LAYOUT_SIZE(CONT_MFUNC_HISTORY, 36, 36, 36);
 
 /* INTERPOLATOR_LOOK_AHEAD_ENTRY: one part of the trajectory ahead; 360 bytes. */
 typedef struct _INTERPOLATOR_LOOK_AHEAD_ENTRY {
-    double allParams[26]; /* @0 R: part parameters A-Z */
+    double allParams[26]; /* @0 R, unit not stated: part parameters A-Z */
     double tangens; /* @208 R, rad: motion tangent; above 1e38 for M */
-    uint32_t movementType; /* @216 R: 0 invalid, 1 G, 2 M */
-    int32_t movementCode; /* @220 R: G or M number */
-    uint32_t plane; /* @224 R: 17 XY, 18 XZ, 19 YZ */
-    uint32_t tool; /* @228 R: tool number */
+    uint32_t movementType; /* @216 R, no unit: 0 invalid, 1 G, 2 M */
+    int32_t movementCode; /* @220 R, no unit: G or M number */
+    uint32_t plane; /* @224 R, no unit: 17 XY, 18 XZ, 19 YZ */
+    uint32_t tool; /* @228 R, no unit: tool number */
     double endPos[10]; /* @232 R, mm: absolute end coordinates */
     double startAngle; /* @312 R, deg: arc start; above 1e38 when not arc */
     double endAngle; /* @320 R, deg: arc end; above 1e38 when not arc */
     double radius; /* @328 R, mm: arc radius, otherwise 0 */
-    double partLength; /* @336 R: part length */
-    int32_t gCodeIndex; /* @344 R: G-code index */
-    uint32_t editorLine; /* @348 R: source line */
-    int32_t fileIdx; /* @352 R: source file number */
-    uint32_t correction; /* @356 R: 41 left, 42 right, otherwise none */
+    double partLength; /* @336 R, unit not stated: part length */
+    int32_t gCodeIndex; /* @344 R, no unit: G-code index */
+    uint32_t editorLine; /* @348 R, no unit: source line */
+    int32_t fileIdx; /* @352 R, no unit: source file number */
+    uint32_t correction; /* @356 R, no unit: 41 left, 42 right, otherwise none */
 } INTERPOLATOR_LOOK_AHEAD_ENTRY;
 
 TGM_LAYOUT_OFFSET(INTERPOLATOR_LOOK_AHEAD_ENTRY, allParams, 0, 0, 0);
@@ -1386,8 +1395,8 @@ TGM_LAYOUT_SIZE(INTERPOLATOR_LOOK_AHEAD_ENTRY, 360, 360, 360);
 
 /* INTERPOLATOR_LOOK_AHEAD_BUFFER: look-ahead item with its filler; 1792 bytes. */
 typedef struct _INTERPOLATOR_LOOK_AHEAD_BUFFER {
-    INTERPOLATOR_LOOK_AHEAD_ENTRY buf; /* @0 R: part description */
-    double allReserves[179]; /* @360 reserved: filler to 1792 bytes */
+    INTERPOLATOR_LOOK_AHEAD_ENTRY buf; /* @0 parts, no unit: part description */
+    double allReserves[179]; /* @360 reserved, no unit: filler to 1792 bytes */
 } INTERPOLATOR_LOOK_AHEAD_BUFFER;
 
 TGM_LAYOUT_OFFSET(INTERPOLATOR_LOOK_AHEAD_BUFFER, buf, 0, 0, 0);
@@ -1398,26 +1407,26 @@ TGM_LAYOUT_SIZE(INTERPOLATOR_LOOK_AHEAD_BUFFER, 1792, 1792, 1792);
 
 /* INTERPOLATOR: one interpolator; element of TGM_Interpolator; 16384 bytes. */
 typedef struct _INTERPOLATOR {
-    uint32_t Number; /* @0 R: interpolator index */
-    uint32_t Number_Axes; /* @4 RW: axes used, at most 10 */
+    uint32_t Number; /* @0 R, no unit: interpolator index */
+    uint32_t Number_Axes; /* @4 RW, no unit: axes used, at most 10 */
     uint32_t Buffer_Size; /* @8 R, item: command buffer capacity */
-    volatile int32_t Command; /* @12 RW: enum INTERPOLATOR_COMMANDS; PLC request, see constants */
-    int32_t Command_Parametr[12]; /* @16 RW: 12 integer arguments; chapter spells Command_Parameter */
-    int32_t Command_Status; /* @64 R: 0 done, 1 running, -1 error */
-    volatile uint32_t Status; /* @68 R: enum interpolator_status; motion state */
-    volatile int32_t Act_Part; /* @72 R: running part number */
+    volatile int32_t Command; /* @12 RW, no unit: enum INTERPOLATOR_COMMANDS; PLC request, see constants */
+    int32_t Command_Parametr[12]; /* @16 RW, no unit: 12 integer arguments; chapter spells Command_Parameter */
+    int32_t Command_Status; /* @64 R, no unit: 0 done, 1 running, -1 error */
+    volatile uint32_t Status; /* @68 R, no unit: enum interpolator_status; motion state */
+    volatile int32_t Act_Part; /* @72 R, no unit: running part number */
     uint32_t Adrress_External_Position; /* @76 RW, byte: sensor position location; chapter spells Address_External_Position */
-    volatile int32_t M_Func; /* @80 RW: pending M-function; PLC zeroes to continue when <1000 */
-    int32_t Act_GFunc; /* @84 R: running G-function; chapter spells Act_G_Func */
-    int32_t Act_MFunc; /* @88 R: running M-function; chapter spells Act_M_Func */
-    int32_t Last_ContMFunc; /* @92 R: latest continuous M-function; chapter spells Last_Cont_M_Func */
-    uint32_t Run_Flag; /* @96 R: part state low half, speed phase high half; TGM420 up */
-    uint32_t Tool_Number; /* @100 R: active tool; TGM420 up */
-    CONT_MFUNC_HISTORY Cont_MFunc_History; /* @104 -: ring of continuous M-functions */
-    uint32_t editorLine; /* @140 -: source line in execution */
-    int32_t fileIdx; /* @144 -: source file number, negative for internal */
-    uint32_t correction; /* @148 -: 41 left, 42 right, otherwise none */
-    int32_t IReserve[56]; /* @152 reserved: unused */
+    volatile int32_t M_Func; /* @80 RW, no unit: pending M-function; PLC zeroes to continue when <1000 */
+    int32_t Act_GFunc; /* @84 R, no unit: running G-function; chapter spells Act_G_Func */
+    int32_t Act_MFunc; /* @88 R, no unit: running M-function; chapter spells Act_M_Func */
+    int32_t Last_ContMFunc; /* @92 R, no unit: latest continuous M-function; chapter spells Last_Cont_M_Func */
+    uint32_t Run_Flag; /* @96 R, no unit: part state low half, speed phase high half; TGM420 up */
+    uint32_t Tool_Number; /* @100 R, no unit: active tool; TGM420 up */
+    CONT_MFUNC_HISTORY Cont_MFunc_History; /* @104 parts, no unit: ring of continuous M-functions */
+    uint32_t editorLine; /* @140 R, no unit: source line in execution */
+    int32_t fileIdx; /* @144 R, no unit: source file number, negative for internal */
+    uint32_t correction; /* @148 R, no unit: 41 left, 42 right, otherwise none */
+    int32_t IReserve[56]; /* @152 reserved, no unit: unused */
     double Orig_Position[10]; /* @376 R, mm: unfiltered coordinates */
     double Position[10]; /* @456 R, mm: coordinates after IIR and spline */
     double PositionInc[10]; /* @536 R, inc: Position times Ratio */
@@ -1425,16 +1434,16 @@ typedef struct _INTERPOLATOR {
     double Offset[10]; /* @696 RW, inc: added to PositionInc */
     double Speed[10]; /* @776 R, mm/s: axis speed after filters */
     double Ratio[10]; /* @856 RW, inc/mm: axis conversion factor */
-    double M_Function_Parameter[26]; /* @936 R: arguments A-Z; chapter counts 32 registers here */
-    double M_Func_Params_Reserved[6]; /* @1144 reserved: unused */
-    double Rel_Speed; /* @1192 RW: speed override factor 0.01 to 2 */
+    double M_Function_Parameter[26]; /* @936 R, unit not stated: arguments A-Z; chapter counts 32 registers here */
+    double M_Func_Params_Reserved[6]; /* @1144 reserved, no unit: unused */
+    double Rel_Speed; /* @1192 RW, no unit: speed override factor 0.01 to 2 */
     double Set_Speed; /* @1200 R, mm/min: programmed speed */
     double Act_Speed; /* @1208 R, mm/min: present path speed */
     double Move_Distance; /* @1216 R, mm: travelled path length */
-    double DReserve[102]; /* @1224 reserved: unused */
-    uint32_t LookAheadBufferValidStart; /* @2040 -: index of first valid look-ahead item, wraps */
-    uint32_t LookAheadBufferValidEnd; /* @2044 -: index of last valid look-ahead item */
-    INTERPOLATOR_LOOK_AHEAD_BUFFER LookAheadBuffer[8]; /* @2048 R: current part plus seven following; TGM420 up */
+    double DReserve[102]; /* @1224 reserved, no unit: unused */
+    uint32_t LookAheadBufferValidStart; /* @2040 R, no unit: index of first valid look-ahead item, wraps */
+    uint32_t LookAheadBufferValidEnd; /* @2044 R, no unit: index of last valid look-ahead item */
+    INTERPOLATOR_LOOK_AHEAD_BUFFER LookAheadBuffer[8]; /* @2048 parts, no unit: current part plus seven following; TGM420 up */
 } INTERPOLATOR;
 
 TGM_LAYOUT_OFFSET(INTERPOLATOR, Number, 0, 0, 0);

@@ -5,8 +5,8 @@
  *
  * Include <tgm_plc.h> with TGM_GENERATION=5 and TGM_MEMORY_ID=905, not this file.
  * Each member states its offset in bytes (64-bit target), its access from the PLC's side (R: TG
- * Motion writes, the PLC reads; W: the PLC writes; RW: both; -: not stated by the manual), its
- * unit and its meaning.
+ * Motion writes, the PLC reads; W: the PLC writes; RW: both; parts: its own members say it), its
+ * unit and its meaning. "(L5)" behind the access: no document states it, docs/decisions.md does.
  */
 #ifndef TGM_LAYOUT_GEN5_905_H
 #define TGM_LAYOUT_GEN5_905_H
@@ -46,42 +46,42 @@
 #define NAME_CNCEX_MEMORY                            "TGM_CNCEX"    /* memory name; content cnc TGM_CNC_MEMORY x1 (g5) */
 #define NAME_CNCODS_MEMORY                           "TGM_CNCODS"   /* memory name; content unpublished */
 #define NAME_GENERAL_MEMORY                          "TGM_General"  /* memory name; content GENERAL_MEMORY x1 */
-#define SIZE_DATA_MEMORY                             524288         /* bytes (g5) */
-#define SIZE_CAM_PROFILE_MEMORY                      1048576        /* bytes (g5) */
-#define SIZE_CNCEX_MEMORY                            65536          /* bytes (g5) */
-#define SIZE_CNCODS_MEMORY                           65536          /* bytes */
-#define MAX_PLC_FILE_NAME_SIZE                       512            /* UTF-16 units including terminator (g5) */
-#define MAX_ECAT_DRIVER_FILE_NAME_SIZE               512            /* UTF-16 units (g5) */
+#define SIZE_DATA_MEMORY                             524288         /* bytes of TGM_Data, usual; HEADER.Mem_Size_Data has the real size (g5) */
+#define SIZE_CAM_PROFILE_MEMORY                      1048576        /* bytes of TGM_Cam_Profile (g5) */
+#define SIZE_CNCEX_MEMORY                            65536          /* bytes of TGM_CNCEX (g5) */
+#define SIZE_CNCODS_MEMORY                           65536          /* bytes of TGM_CNCODS */
+#define MAX_PLC_FILE_NAME_SIZE                       512            /* UTF-16 units of MAIN.PLC_Name, terminator included (g5) */
+#define MAX_ECAT_DRIVER_FILE_NAME_SIZE               512            /* UTF-16 units of MAIN.EtherCatDriver (g5) */
 #define PLC_CTRL_LOAD_BIT                            0x01u          /* MAIN.PLC_Ctrl: load (g5) */
 #define PLC_CTRL_RESET_BIT                           0x02u          /* MAIN.PLC_Ctrl: reset (g5) */
 #define PLC_CTRL_PAUSE_BIT                           0x04u          /* MAIN.PLC_Ctrl: pause (g5) */
 #define PLC_CTRL_ERROR_BIT                           0x08u          /* MAIN.PLC_Ctrl: load failed (g5) */
 #define PLC_CTRL_DISABLE_DIO_BIT                     0x10u          /* MAIN.PLC_Ctrl: outputs off, not implemented (g5) */
-#define FIXED_MAIN_STRUCT_SIZE                       4096           /* bytes for MAIN plus filler (5.02 plus OSC_EX) */
+#define FIXED_MAIN_STRUCT_SIZE                       4096           /* bytes of MAIN and its filler */
 #define FIXED_NUMBER_OF_INTERPOLATORS                3              /* array length inside MAIN on all hosts (g5) */
 #define N_OSC_CHANNELS                               32             /* oscilloscope channels (g5) */
-#define MAX_SYSTEM_MEMORY_SIZE                       8192           /* bytes of TGM_System; hidden in 5.02 pages (g5) */
-#define MAX_ECAT_DRIVES                              2              /* driver records; hidden in 5.02 pages (g5) */
-#define SIZE_EEPROM_MEMORY                           2752           /* computed: data bytes left in TGM_System (g5) */
-#define SDO_CONTROL_FINISHED                         0              /* SDO.Control idle (g5) */
-#define SDO_CONTROL_WRITE                            1              /* SDO.Control request (g5) */
-#define SDO_CONTROL_READ                             2              /* SDO.Control request (g5) */
-#define SDO_STATUS_OK                                0              /* SDO.Status (g5) */
-#define SDO_STATUS_BUSY                              1              /* SDO.Status; any positive value possible (g5) */
-#define SDO_STATUS_ERR                               (-1)           /* SDO.Status; code in SDO.Data (g5) */
+#define MAX_SYSTEM_MEMORY_SIZE                       8192           /* bytes of TGM_System; not printed in the 5.02 pages (g5) */
+#define MAX_ECAT_DRIVES                              2              /* network driver records in SYSTEM; not printed in the 5.02 pages (g5) */
+#define SIZE_EEPROM_MEMORY                           2752           /* bytes of EEPROM.Data: what is left in TGM_System (g5) */
+#define SDO_CONTROL_FINISHED                         0              /* SDO.Control: idle, the next request may be made (g5) */
+#define SDO_CONTROL_WRITE                            1              /* SDO.Control: write Data to the object (g5) */
+#define SDO_CONTROL_READ                             2              /* SDO.Control: read the object into Data (g5) */
+#define SDO_STATUS_OK                                0              /* SDO.Status: the last transfer is finished (g5) */
+#define SDO_STATUS_BUSY                              1              /* SDO.Status: transfer in progress; any positive value means it (g5) */
+#define SDO_STATUS_ERR                               (-1)           /* SDO.Status: the transfer failed, its error code is in SDO.Data (g5) */
 #define SDO_MAX_NUMBER_BYTE                          4              /* largest SDO transfer, bytes */
 #define EXT_SDO_EXT_SDO_DATA_SIZE_IN_UI32            32             /* words in EXT_SDO.Data */
 #define ECAT_REGISTER_MAX_NUMBER_BYTE                4              /* largest register transfer, bytes */
-#define DIO_MAX_TX_RX_BUFFER_SIZE                    32             /* bytes per serial ring */
-#define DIO_MAX_DIG_ARRAY_SIZE                       16             /* digital words */
-#define DIO_N_DIG_ARRAY_SIZE                         16             /* digital words per direction */
-#define DIO_N_ANA_ARRAY_SIZE                         16             /* analog channels per direction */
-#define DIO_N_TENZO_ARRAY_SIZE                       8              /* strain gauges */
+#define DIO_MAX_TX_RX_BUFFER_SIZE                    32             /* bytes of each serial ring of a DIO */
+#define DIO_MAX_DIG_ARRAY_SIZE                       16             /* digital words of a DIO per direction, at most */
+#define DIO_N_DIG_ARRAY_SIZE                         16             /* digital words of a DIO per direction */
+#define DIO_N_ANA_ARRAY_SIZE                         16             /* analog channels of a DIO per direction */
+#define DIO_N_TENZO_ARRAY_SIZE                       8              /* strain gauges of a DIO */
 #define WANTED_DIO_STRUCT_SIZE                       2048           /* bytes per DIO record */
 #define GENERAL_DEVICE_USER_DIO_PDO_SIZE             256            /* PDO bytes per direction; 5.02 name MAX_USER_PDO_SIZE */
 #define GENERAL_DEVICE_MAX_ECAT_REGISTER_DATA_SIZE   64             /* words in register data */
 #define GENERAL_MEMORY_MAX_GENERAL_DEVICES           16             /* devices in TGM_General */
-#define MFUNC_NUMBER_PAR                             26             /* letters A-Z (g5) */
+#define MFUNC_NUMBER_PAR                             26             /* parameters of an M-function, letters A to Z (g5) */
 #define MAX_LOOKHEAD_BUFFER_SIZE                     8              /* look-ahead items (g5) */
 #define DESIRED_INTERPOLATOR_STRUCT_SIZE             16384          /* bytes per interpolator */
 #define PREVIOUS_INTERPOLATOR_STRUCT_SIZE            2048           /* bytes per interpolator up to version 414 */
@@ -89,237 +89,415 @@
 #define SIZE_FOR_ONE_LOOKAHEAD_BUFFER_IN_BYTES       1792           /* bytes per look-ahead item */
 #define RESERVE_SIZE_IN_BYTES                        1432           /* unused bytes per look-ahead item */
 #define RESERVE_SIZE_IN_DOUBLES                      179            /* unused doubles per look-ahead item */
-#define CONT_MFUNC_HISTORY_CONT_MFUNC_HISTORY_SIZE   8              /* ring length; 5.02 name MAX_SIZE */
-#define INTERPOLATOR_MAX_INTERPOLATOR_COMMANDS       12             /* argument count; 5.02 name MAX_INTERPOLATOR_PARAMETERS */
+#define CONT_MFUNC_HISTORY_CONT_MFUNC_HISTORY_SIZE   8              /* length of the ring of continuous M-functions; in 5.02 CONT_MFUNC_HISTORY_MAX_SIZE */
+#define INTERPOLATOR_MAX_INTERPOLATOR_COMMANDS       12             /* length of INTERPOLATOR.Command_Parametr; in 5.02 INTERPOLATOR_MAX_INTERPOLATOR_PARAMETERS */
 #define RECEIVE_DATA_CAN_BUFFER_SIZE                 2048           /* entries behind pReciveDataCan1 */
-#define RECEIVE_DATA_CAN_CAN_DATA_SIZE               8              /* payload bytes */
-#define ODS_SEVERITY_SHIFT                           8              /* severity occupies bits 8 and 9; hidden in the 5.02 pages */
-#define ODS_ID_MASK                                  0xFFu          /* source in low byte; hidden in the 5.02 pages */
-#define ODS_SEVERITY_MASK                            0x03u          /* applied after shift; hidden in the 5.02 pages */
-#define AKD_ERROR_FEEDBACK1                          0x01u          /* AKD_ERROR_FEEDBACK1 */
-#define AKD_ERROR_FEEDBACK2                          0x02u          /* AKD_ERROR_FEEDBACK2 */
-#define AKD_ERROR_UNDER_VOLTAGE                      0x04u          /* AKD_ERROR_UNDER_VOLTAGE */
-#define AKD_ERROR_OVER_VOLTAGE                       0x08u          /* AKD_ERROR_OVER_VOLTAGE */
-#define AKD_ERROR_PHASE_FAILURE                      0x10u          /* AKD_ERROR_PHASE_FAILURE */
-#define AKD_ERROR_DYNAMIC_BRAKE                      0x20u          /* AKD_ERROR_DYNAMIC_BRAKE */
-#define AKD_ERROR_MOTOR_TERMISTOR                    0x40u          /* AKD_ERROR_MOTOR_TERMISTOR */
-#define AKD_ERROR_DRIVE_TERMISTOR                    0x80u          /* AKD_ERROR_DRIVE_TERMISTOR */
-#define AKD_ERROR_COMMUTATION                        0x100u         /* AKD_ERROR_COMMUTATION */
-#define AKD_ERROR_HARDWARE                           0x200u         /* AKD_ERROR_HARDWARE */
-#define AKD_ERROR_FIELDBUS                           0x400u         /* AKD_ERROR_FIELDBUS */
-#define AKD_ERROR_MOTOR_I2T                          0x800u         /* AKD_ERROR_MOTOR_I2T */
-#define AKD_ERROR_DRIVE_I2T                          0x1000u        /* AKD_ERROR_DRIVE_I2T */
-#define AKD_ERROR_MOTOR_BRAKE                        0x2000u        /* AKD_ERROR_MOTOR_BRAKE */
-#define AKD_ERROR_MOTOR_CABLE_SHORT                  0x4000u        /* AKD_ERROR_MOTOR_CABLE_SHORT */
-#define AKD_ERROR_MOTOR_CABLE_OPEN                   0x8000u        /* AKD_ERROR_MOTOR_CABLE_OPEN */
-#define AKD_ERROR_FOLLOWING                          0x10000u       /* AKD_ERROR_FOLLOWING */
-#define AKD_ERROR_FOLLOWING_NUMERIC                  0x20000u       /* AKD_ERROR_FOLLOWING_NUMERIC */
-#define AKD_ERROR_POWER_STAGE                        0x40000u       /* AKD_ERROR_POWER_STAGE */
-#define AKD_ERROR_SOFTWARE                           0x80000u       /* AKD_ERROR_SOFTWARE */
-#define AKD_ERROR_OTHER                              0x80000000u    /* any other fault */
-#define SERVO_TYPE_VIRTUAL                           0              /* simulated servo (g5) */
-#define SERVO_TYPE_SERVOSTAR_300_700                 3              /* ServoStar 300 or 700 (g5) */
-#define SERVO_TYPE_AKD                               5              /* AKD drive (g5) */
-#define SERVO_TYPE_TGZ                               9              /* TGZ drive (g5) */
-#define SERVO_TYPE_INVALID                           0xFFFFFFFFu    /* unusable type; value changed between 5.00 and 5.02 (g5) */
-#define DIO_TYPE_TG_IO_TYPE_BASIC                    0x00u          /* digital 48 in 32 out, analog 4 in 4 out */
-#define DIO_TYPE_TG_IO_TENZOMETER                    0x08u          /* digital 8 in 8 out, 4 strain gauges */
-#define DIO_TYPE_TG_IO_TYPE_NEW                      0x14u          /* digital 48 in 40 out, analog 4 in 4 out */
-#define DIO_TYPE_TG_IO_TYPE_BASIC_LITE               0xE0u          /* digital 40 in 24 out */
-#define DIO_TYPE_TG_IO_TYPE_NEW_LITE                 0xF4u          /* digital 32 in 16 out, analog 4 in 4 out */
-#define DIO_TYPE_PIERCE_IO_TYPE_149D                 0x07u          /* DIO_TYPE */
-#define DIO_TYPE_PIERCE_IO_TYPE_147D                 0x00u          /* DIO_TYPE */
-#define DIO_TYPE_PIERCE_IO_TYPE_149E                 0x17u          /* DIO_TYPE */
-#define DIO_TYPE_PIERCE_IO_TYPE_147E                 0x01u          /* DIO_TYPE */
-#define DIO_TYPE_BECKHOF_IO_TYPE_BK1120              0x100u         /* renamed BECKHOFF_IO_TYPE_BK1120 in 5.02 */
-#define DIO_TYPE_BR_IO_TYPE                          0x200u         /* B&R coupler */
-#define DIO_TYPE_FESTO_IO_TYPE                       0x400u         /* digital up to 128 in and 128 out */
-#define DIO_TYPE_TENZO_IO_TYPE                       0x800u         /* DIO_TYPE */
-#define DIO_TYPE_TGM_MINI_DIO_TYPE                   0x1000u        /* TGMmini built-in, digital 8 in 8 out */
-#define DIO_TYPE_DFC_IO_TYPE                         0x7B90u        /* digital 16 in 16 out */
-#define DIO_TYPE_IO_TYPE_INVALID                     0xFFFEu        /* unusable type */
-#define SHARED_MEMORY_SYSTEM                         0              /* TGM_System */
-#define SHARED_MEMORY_DATA                           1              /* TGM_Data; host never writes it */
-#define SHARED_MEMORY_CAM_PROFILE                    2              /* TGM_Cam_Profile */
-#define SHARED_MEMORY_OSCILLOSCOPE                   3              /* TGM_Oscilloscope; read only */
-#define SHARED_MEMORY_SERVO                          4              /* TGM_Servo */
-#define SHARED_MEMORY_DIO                            5              /* TGM_Dio */
-#define SHARED_MEMORY_GENERAL                        6              /* TGM_General */
-#define SHARED_MEMORY_INTERPOLATOR                   7              /* TGM_Interpolator */
-#define SHARED_MEMORY_INTERPOLATOR_WRITE             8              /* CNC internal */
-#define SHARED_MEMORY_INTERPOLATOR_READ              9              /* CNC internal */
-#define SHARED_MEMORY_ODS                            10             /* TGM_ODS, ring of messages */
-#define SHARED_MEMORY_CNC_ODS                        11             /* TGM_CNCODS, CNC message transfer */
-#define SHARED_MEMORY_CNC_EX                         12             /* TGM_CNCEX */
-#define SHARED_MEMORY_LAST_MEMORY_IDX                13             /* memory count */
-#define OSC_DATA_TYPE_I32_DEC                        0              /* int32, shown decimal (g5) */
-#define OSC_DATA_TYPE_I32_HEX                        1              /* int32, shown hexadecimal (g5) */
-#define OSC_DATA_TYPE_I32_BIN                        2              /* int32, shown binary (g5) */
-#define OSC_DATA_TYPE_UI32_DEC                       3              /* uint32, shown decimal (g5) */
-#define OSC_DATA_TYPE_I64_DEC                        4              /* int64, shown decimal (g5) */
-#define OSC_DATA_TYPE_I64_HEX                        5              /* int64, shown hexadecimal (g5) */
-#define OSC_DATA_TYPE_I64_BIN                        6              /* int64, shown binary (g5) */
-#define OSC_DATA_TYPE_UI64_DEC                       7              /* uint64, shown decimal (g5) */
-#define OSC_DATA_TYPE_DOUBLE                         8              /* 64-bit float (g5) */
-#define OSC_DATA_TYPE_FLOAT                          9              /* 32-bit float (g5) */
-#define OSC_DATA_TYPE_ASTRING                        10             /* 8-bit or UTF-8 text (g5) */
-#define OSC_DATA_TYPE_WSTRING                        11             /* UTF-16 text (g5) */
-#define OSC_DATA_TYPE_I32_BIN_EX                     12             /* int32, one trace per bit (g5) */
-#define OSC_DATA_TYPE_I64_BIN_EX                     13             /* int64, one trace per bit (g5) */
+#define RECEIVE_DATA_CAN_CAN_DATA_SIZE               8              /* payload bytes of a CAN telegram */
+#define ODS_SEVERITY_SHIFT                           8              /* id_and_severity: the severity is in bits 8 and 9; not printed in the 5.02 pages */
+#define ODS_ID_MASK                                  0xFFu          /* id_and_severity: bits of the source; not printed in the 5.02 pages */
+#define ODS_SEVERITY_MASK                            0x03u          /* id_and_severity: bits of the severity after the shift; not printed in the 5.02 pages */
+#define AKD_ERROR_FEEDBACK1                          0x01u          /* bit of SERVO.Error, AKD drives: feedback 1 */
+#define AKD_ERROR_FEEDBACK2                          0x02u          /* bit of SERVO.Error, AKD drives: feedback 2 */
+#define AKD_ERROR_UNDER_VOLTAGE                      0x04u          /* bit of SERVO.Error, AKD drives: under-voltage */
+#define AKD_ERROR_OVER_VOLTAGE                       0x08u          /* bit of SERVO.Error, AKD drives: over-voltage */
+#define AKD_ERROR_PHASE_FAILURE                      0x10u          /* bit of SERVO.Error, AKD drives: phase failure */
+#define AKD_ERROR_DYNAMIC_BRAKE                      0x20u          /* bit of SERVO.Error, AKD drives: dynamic brake */
+#define AKD_ERROR_MOTOR_TERMISTOR                    0x40u          /* bit of SERVO.Error, AKD drives: motor thermistor; spelling as published */
+#define AKD_ERROR_DRIVE_TERMISTOR                    0x80u          /* bit of SERVO.Error, AKD drives: drive thermistor; spelling as published */
+#define AKD_ERROR_COMMUTATION                        0x100u         /* bit of SERVO.Error, AKD drives: commutation */
+#define AKD_ERROR_HARDWARE                           0x200u         /* bit of SERVO.Error, AKD drives: hardware */
+#define AKD_ERROR_FIELDBUS                           0x400u         /* bit of SERVO.Error, AKD drives: fieldbus */
+#define AKD_ERROR_MOTOR_I2T                          0x800u         /* bit of SERVO.Error, AKD drives: I2t of the motor */
+#define AKD_ERROR_DRIVE_I2T                          0x1000u        /* bit of SERVO.Error, AKD drives: I2t of the drive */
+#define AKD_ERROR_MOTOR_BRAKE                        0x2000u        /* bit of SERVO.Error, AKD drives: motor brake */
+#define AKD_ERROR_MOTOR_CABLE_SHORT                  0x4000u        /* bit of SERVO.Error, AKD drives: short circuit in the motor cable */
+#define AKD_ERROR_MOTOR_CABLE_OPEN                   0x8000u        /* bit of SERVO.Error, AKD drives: motor cable open */
+#define AKD_ERROR_FOLLOWING                          0x10000u       /* bit of SERVO.Error, AKD drives: following error */
+#define AKD_ERROR_FOLLOWING_NUMERIC                  0x20000u       /* bit of SERVO.Error, AKD drives: numeric following error */
+#define AKD_ERROR_POWER_STAGE                        0x40000u       /* bit of SERVO.Error, AKD drives: power stage */
+#define AKD_ERROR_SOFTWARE                           0x80000u       /* bit of SERVO.Error, AKD drives: software */
+#define AKD_ERROR_OTHER                              0x80000000u    /* bit of SERVO.Error, AKD drives: any other fault */
+#define SERVO_TYPE_VIRTUAL                           0              /* SERVO.Type: simulated servo (g5) */
+#define SERVO_TYPE_SERVOSTAR_300_700                 3              /* SERVO.Type: ServoStar 300 or 700 (g5) */
+#define SERVO_TYPE_AKD                               5              /* SERVO.Type: AKD drive (g5) */
+#define SERVO_TYPE_TGZ                               9              /* SERVO.Type: TGZ drive (g5) */
+#define SERVO_TYPE_INVALID                           0xFFFFFFFFu    /* SERVO.Type: unusable type; value changed between 5.00 and 5.02 (g5) */
+#define DIO_TYPE_TG_IO_TYPE_BASIC                    0x00u          /* DIO.Type: digital 48 in 32 out, analog 4 in 4 out */
+#define DIO_TYPE_TG_IO_TENZOMETER                    0x08u          /* DIO.Type: digital 8 in 8 out, 4 strain gauges */
+#define DIO_TYPE_TG_IO_TYPE_NEW                      0x14u          /* DIO.Type: digital 48 in 40 out, analog 4 in 4 out */
+#define DIO_TYPE_TG_IO_TYPE_BASIC_LITE               0xE0u          /* DIO.Type: digital 40 in 24 out */
+#define DIO_TYPE_TG_IO_TYPE_NEW_LITE                 0xF4u          /* DIO.Type: digital 32 in 16 out, analog 4 in 4 out */
+#define DIO_TYPE_PIERCE_IO_TYPE_149D                 0x07u          /* DIO.Type: Pierce I/O unit 149D; its inputs and outputs are not published */
+#define DIO_TYPE_PIERCE_IO_TYPE_147D                 0x00u          /* DIO.Type: Pierce I/O unit 147D; its inputs and outputs are not published */
+#define DIO_TYPE_PIERCE_IO_TYPE_149E                 0x17u          /* DIO.Type: Pierce I/O unit 149E; its inputs and outputs are not published */
+#define DIO_TYPE_PIERCE_IO_TYPE_147E                 0x01u          /* DIO.Type: Pierce I/O unit 147E; its inputs and outputs are not published */
+#define DIO_TYPE_BECKHOF_IO_TYPE_BK1120              0x100u         /* DIO.Type: renamed BECKHOFF_IO_TYPE_BK1120 in 5.02 */
+#define DIO_TYPE_BR_IO_TYPE                          0x200u         /* DIO.Type: B&R coupler */
+#define DIO_TYPE_FESTO_IO_TYPE                       0x400u         /* DIO.Type: digital up to 128 in and 128 out */
+#define DIO_TYPE_TENZO_IO_TYPE                       0x800u         /* DIO.Type: strain-gauge unit; its inputs and outputs are not published */
+#define DIO_TYPE_TGM_MINI_DIO_TYPE                   0x1000u        /* DIO.Type: TGMmini built-in, digital 8 in 8 out */
+#define DIO_TYPE_DFC_IO_TYPE                         0x7B90u        /* DIO.Type: digital 16 in 16 out */
+#define DIO_TYPE_IO_TYPE_INVALID                     0xFFFEu        /* DIO.Type: unusable type */
+#define SHARED_MEMORY_SYSTEM                         0              /* number of the memory TGM_System */
+#define SHARED_MEMORY_DATA                           1              /* number of the memory TGM_Data */
+#define SHARED_MEMORY_CAM_PROFILE                    2              /* number of the memory TGM_Cam_Profile */
+#define SHARED_MEMORY_OSCILLOSCOPE                   3              /* number of the memory TGM_Oscilloscope; the PLC only reads it */
+#define SHARED_MEMORY_SERVO                          4              /* number of the memory TGM_Servo */
+#define SHARED_MEMORY_DIO                            5              /* number of the memory TGM_Dio */
+#define SHARED_MEMORY_GENERAL                        6              /* number of the memory TGM_General */
+#define SHARED_MEMORY_INTERPOLATOR                   7              /* number of the memory TGM_Interpolator */
+#define SHARED_MEMORY_INTERPOLATOR_WRITE             8              /* number of the memory InterpolatorWriteMemory, CNC internal */
+#define SHARED_MEMORY_INTERPOLATOR_READ              9              /* number of the memory InterpolatorReadMemory, CNC internal */
+#define SHARED_MEMORY_ODS                            10             /* number of the memory TGM_ODS, ring of console messages */
+#define SHARED_MEMORY_CNC_ODS                        11             /* number of the memory TGM_CNCODS, CNC messages */
+#define SHARED_MEMORY_CNC_EX                         12             /* number of the memory TGM_CNCEX */
+#define SHARED_MEMORY_LAST_MEMORY_IDX                13             /* how many shared memories there are */
+#define OSC_DATA_TYPE_I32_DEC                        0              /* type of a recorded or trigger value: int32, shown decimal (g5) */
+#define OSC_DATA_TYPE_I32_HEX                        1              /* type of a recorded or trigger value: int32, shown hexadecimal (g5) */
+#define OSC_DATA_TYPE_I32_BIN                        2              /* type of a recorded or trigger value: int32, shown binary (g5) */
+#define OSC_DATA_TYPE_UI32_DEC                       3              /* type of a recorded or trigger value: uint32, shown decimal (g5) */
+#define OSC_DATA_TYPE_I64_DEC                        4              /* type of a recorded or trigger value: int64, shown decimal (g5) */
+#define OSC_DATA_TYPE_I64_HEX                        5              /* type of a recorded or trigger value: int64, shown hexadecimal (g5) */
+#define OSC_DATA_TYPE_I64_BIN                        6              /* type of a recorded or trigger value: int64, shown binary (g5) */
+#define OSC_DATA_TYPE_UI64_DEC                       7              /* type of a recorded or trigger value: uint64, shown decimal (g5) */
+#define OSC_DATA_TYPE_DOUBLE                         8              /* type of a recorded or trigger value: 64-bit float (g5) */
+#define OSC_DATA_TYPE_FLOAT                          9              /* type of a recorded or trigger value: 32-bit float (g5) */
+#define OSC_DATA_TYPE_ASTRING                        10             /* type of a recorded or trigger value: 8-bit or UTF-8 text (g5) */
+#define OSC_DATA_TYPE_WSTRING                        11             /* type of a recorded or trigger value: UTF-16 text (g5) */
+#define OSC_DATA_TYPE_I32_BIN_EX                     12             /* type of a recorded or trigger value: int32, one trace per bit (g5) */
+#define OSC_DATA_TYPE_I64_BIN_EX                     13             /* type of a recorded or trigger value: int64, one trace per bit (g5) */
 #define INTERPOLATOR_COMMANDS_NONE_00                0              /* idle, previous command done (g5) */
-#define INTERPOLATOR_COMMANDS_SET_AXIS_RATIO_1024    1024           /* arguments: axis, numerator, denominator */
-#define INTERPOLATOR_COMMANDS_SET_COORDS_ON_TRAJ_2048 2048           /* set position from integer arguments, stay on trajectory */
-#define INTERPOLATOR_COMMANDS_SET_COORDS_OUT_TRAJ_2049 2049           /* set position from integer arguments, off trajectory */
-#define INTERPOLATOR_COMMANDS_EMERGENCY_STOP_04      4              /* emergency ramp, keep status */
-#define INTERPOLATOR_COMMANDS_EMERGENCY_STOP_OUT_TRAJ_05 5              /* emergency ramp, off trajectory */
-#define INTERPOLATOR_COMMANDS_NORMAL_STOP_08         8              /* normal ramp, keep status */
-#define INTERPOLATOR_COMMANDS_NORMAL_STOP_OUT_TRAJ_09 9              /* normal ramp, off trajectory */
-#define INTERPOLATOR_COMMANDS_SET_FILTER_PARAMETERS_M1 (-1)           /* arguments: p, q, f (x1e6), axis mask */
-#define INTERPOLATOR_COMMANDS_SET_SPLINE_PARAMETERS_M2 (-2)           /* arguments: points 50-500 (0 off), jerk mm/s3 */
-#define EXT_SDO_CONTROL_FINISHED_00                  0              /* idle */
-#define EXT_SDO_CONTROL_WRITE_01                     1              /* request */
-#define EXT_SDO_CONTROL_READ_02                      2              /* request */
-#define EXT_SDO_STATUS_OK_00                         0              /* done */
-#define EXT_SDO_STATUS_BUSY_01                       1              /* in progress */
-#define EXT_SDO_STATUS_ERROR_02                      (-1)           /* failed; code in Data[0]; name suffix misleading */
-#define ECAT_REGISTER_CONTROL_READY_00               0              /* idle (g5) */
-#define ECAT_REGISTER_CONTROL_WRITE_01               1              /* request (g5) */
-#define ECAT_REGISTER_CONTROL_READ_02                2              /* request (g5) */
-#define ECAT_REGISTER_CONTROL_ERROR_03               3              /* failed, next request allowed (g5) */
-#define ECAT_REGISTER_CONTROL_BUSY_04                4              /* in progress (g5) */
-#define INTERPOLATOR_STATUS_EMPTY_00                 0              /* buffer empty (g5) */
-#define INTERPOLATOR_STATUS_MOVE_01                  1              /* moving on trajectory */
-#define INTERPOLATOR_STATUS_STOP_03                  3              /* stopped at trajectory end */
-#define INTERPOLATOR_STATUS_TRAJECTORY_START_04      4              /* at least one part buffered, startable */
-#define INTERPOLATOR_STATUS_EMERGENCY_BREAKING_06    6              /* emergency ramp running */
-#define INTERPOLATOR_STATUS_EMERGENCY_STOP_07        7              /* stopped after emergency */
-#define INTERPOLATOR_STATUS_STOP_WHILE_BUFFER_FILL_08 8              /* stopped while buffer was filling */
-#define ODS_THREAD_MAIN                              0              /* ods_thread */
-#define ODS_THREAD_SERVO_TIMER                       1              /* ods_thread */
-#define ODS_THREAD_CAN_DIO_TIMER                     2              /* ods_thread */
-#define ODS_THREAD_CAN_RECIEVE_TIMER                 3              /* ods_thread */
-#define ODS_THREAD_PROGRAM_01                        4              /* ods_thread */
-#define ODS_THREAD_PROGRAM_02                        5              /* ods_thread */
-#define ODS_THREAD_PROGRAM_03                        6              /* ods_thread */
-#define ODS_THREAD_INTERPOLATOR_THREAD               7              /* ods_thread */
-#define ODS_THREAD_EEPROM_THREAD                     8              /* ods_thread */
-#define ODS_THREAD_PLC                               9              /* ods_thread */
-#define ODS_THREAD_CNC                               10             /* ods_thread */
-#define ODS_THREAD_ECAT                              11             /* ods_thread */
-#define ODS_THREAD_N_THREADS                         12             /* thread count */
-#define ODS_ID_MAIN                                  0              /* ods_id */
-#define ODS_ID_PG                                    1              /* ods_id */
-#define ODS_ID_GEAR                                  2              /* ods_id */
-#define ODS_ID_OSC                                   3              /* ods_id */
-#define ODS_ID_SERVO                                 4              /* ods_id */
-#define ODS_ID_INTERPOLATOR                          5              /* ods_id */
-#define ODS_ID_PLC                                   6              /* ods_id */
-#define ODS_ID_ECAT_TIMER                            7              /* ods_id */
-#define ODS_ID_EEPROM                                8              /* ods_id */
-#define ODS_ID_PROGRAM_01                            9              /* ods_id */
-#define ODS_ID_PROGRAM_02                            10             /* ods_id */
-#define ODS_ID_PROGRAM_03                            11             /* ods_id */
-#define ODS_ID_PROGRAM_04                            12             /* ods_id */
-#define ODS_ID_SPLINE                                13             /* ods_id */
-#define ODS_ID_AKD_CONTROL                           14             /* ods_id */
-#define ODS_ID_SR700_CONTROL                         15             /* ods_id */
-#define ODS_ID_TGZ_CONTROL                           16             /* ods_id */
-#define ODS_ID_ECAT_MASTER                           17             /* ods_id */
-#define ODS_ID_ECAT_SLAVES                           18             /* ods_id */
-#define ODS_ID_PE_IMAGE                              19             /* ods_id */
-#define ODS_ID_INI_FILE                              20             /* ods_id */
-#define ODS_ID_CNC_0                                 21             /* ods_id */
-#define ODS_ID_CNC_1                                 22             /* ods_id */
-#define ODS_ID_CNC_2                                 23             /* ods_id */
-#define ODS_SEVERITY_INFO_00                         0              /* informational (g5) */
-#define ODS_SEVERITY_WARNING_01                      1              /* warning (g5) */
-#define ODS_SEVERITY_ERROR_02                        2              /* error (g5) */
+#define INTERPOLATOR_COMMANDS_SET_AXIS_RATIO_1024    1024           /* INTERPOLATOR.Command: set the ratio of an axis; arguments: axis 0-9, numerator in inc, denominator in mm */
+#define INTERPOLATOR_COMMANDS_SET_COORDS_ON_TRAJ_2048 2048           /* INTERPOLATOR.Command: set position from integer arguments in inc, stay on trajectory */
+#define INTERPOLATOR_COMMANDS_SET_COORDS_OUT_TRAJ_2049 2049           /* INTERPOLATOR.Command: set position from integer arguments in inc, off trajectory */
+#define INTERPOLATOR_COMMANDS_EMERGENCY_STOP_04      4              /* INTERPOLATOR.Command: emergency ramp, keep status */
+#define INTERPOLATOR_COMMANDS_EMERGENCY_STOP_OUT_TRAJ_05 5              /* INTERPOLATOR.Command: emergency ramp, off trajectory */
+#define INTERPOLATOR_COMMANDS_NORMAL_STOP_08         8              /* INTERPOLATOR.Command: normal ramp, keep status */
+#define INTERPOLATOR_COMMANDS_NORMAL_STOP_OUT_TRAJ_09 9              /* INTERPOLATOR.Command: normal ramp, off trajectory */
+#define INTERPOLATOR_COMMANDS_SET_FILTER_PARAMETERS_M1 (-1)           /* INTERPOLATOR.Command: set the IIR filter; arguments: p, q, f times 1e6, axis mask */
+#define INTERPOLATOR_COMMANDS_SET_SPLINE_PARAMETERS_M2 (-2)           /* INTERPOLATOR.Command: set the spline; arguments: points 50-500 (0 off), jerk limit in mm/s3 */
+#define EXT_SDO_CONTROL_FINISHED_00                  0              /* EXT_SDO.Control: idle, the next request may be made */
+#define EXT_SDO_CONTROL_WRITE_01                     1              /* EXT_SDO.Control: write Data to the object */
+#define EXT_SDO_CONTROL_READ_02                      2              /* EXT_SDO.Control: read the object into Data */
+#define EXT_SDO_STATUS_OK_00                         0              /* EXT_SDO.Status: the last transfer is finished */
+#define EXT_SDO_STATUS_BUSY_01                       1              /* EXT_SDO.Status: transfer in progress */
+#define EXT_SDO_STATUS_ERROR_02                      (-1)           /* EXT_SDO.Status: failed, code in Data[0]; the value is -1 despite the name */
+#define ECAT_REGISTER_CONTROL_READY_00               0              /* ECAT_REGISTER.Control: idle, the next request may be made (g5) */
+#define ECAT_REGISTER_CONTROL_WRITE_01               1              /* ECAT_REGISTER.Control: write Data to the register (g5) */
+#define ECAT_REGISTER_CONTROL_READ_02                2              /* ECAT_REGISTER.Control: read the register into Data (g5) */
+#define ECAT_REGISTER_CONTROL_ERROR_03               3              /* ECAT_REGISTER.Control: failed, Data is 0, the next request may be made (g5) */
+#define ECAT_REGISTER_CONTROL_BUSY_04                4              /* ECAT_REGISTER.Control: transfer in progress (g5) */
+#define INTERPOLATOR_STATUS_EMPTY_00                 0              /* INTERPOLATOR.Status: buffer empty, no motion possible (g5) */
+#define INTERPOLATOR_STATUS_MOVE_01                  1              /* INTERPOLATOR.Status: moving on trajectory */
+#define INTERPOLATOR_STATUS_STOP_03                  3              /* INTERPOLATOR.Status: stopped at trajectory end */
+#define INTERPOLATOR_STATUS_TRAJECTORY_START_04      4              /* INTERPOLATOR.Status: at least one part buffered, start possible */
+#define INTERPOLATOR_STATUS_EMERGENCY_BREAKING_06    6              /* INTERPOLATOR.Status: on the emergency ramp */
+#define INTERPOLATOR_STATUS_EMERGENCY_STOP_07        7              /* INTERPOLATOR.Status: stopped after an emergency */
+#define INTERPOLATOR_STATUS_STOP_WHILE_BUFFER_FILL_08 8              /* INTERPOLATOR.Status: stopped while the buffer was being filled */
+#define ODS_THREAD_MAIN                              0              /* thread that a console message is from: main program */
+#define ODS_THREAD_SERVO_TIMER                       1              /* thread that a console message is from: servo cycle */
+#define ODS_THREAD_CAN_DIO_TIMER                     2              /* thread that a console message is from: CAN I/O cycle */
+#define ODS_THREAD_CAN_RECIEVE_TIMER                 3              /* thread that a console message is from: CAN receive cycle; spelling as published */
+#define ODS_THREAD_PROGRAM_01                        4              /* thread that a console message is from: Program_01 */
+#define ODS_THREAD_PROGRAM_02                        5              /* thread that a console message is from: Program_02 */
+#define ODS_THREAD_PROGRAM_03                        6              /* thread that a console message is from: Program_03 */
+#define ODS_THREAD_INTERPOLATOR_THREAD               7              /* thread that a console message is from: interpolators */
+#define ODS_THREAD_EEPROM_THREAD                     8              /* thread that a console message is from: EEPROM area */
+#define ODS_THREAD_PLC                               9              /* thread that a console message is from: PLC control */
+#define ODS_THREAD_CNC                               10             /* thread that a console message is from: CNC cores */
+#define ODS_THREAD_ECAT                              11             /* thread that a console message is from: EtherCAT */
+#define ODS_THREAD_N_THREADS                         12             /* number of ODS_THREAD values */
+#define ODS_ID_MAIN                                  0              /* source of a console message: core of TG Motion */
+#define ODS_ID_PG                                    1              /* source of a console message: profile generators */
+#define ODS_ID_GEAR                                  2              /* source of a console message: gears and cams */
+#define ODS_ID_OSC                                   3              /* source of a console message: oscilloscope */
+#define ODS_ID_SERVO                                 4              /* source of a console message: servos */
+#define ODS_ID_INTERPOLATOR                          5              /* source of a console message: interpolators */
+#define ODS_ID_PLC                                   6              /* source of a console message: the PLC module; what a module prints with */
+#define ODS_ID_ECAT_TIMER                            7              /* source of a console message: EtherCAT cycle */
+#define ODS_ID_EEPROM                                8              /* source of a console message: EEPROM area */
+#define ODS_ID_PROGRAM_01                            9              /* source of a console message: Program_01 */
+#define ODS_ID_PROGRAM_02                            10             /* source of a console message: Program_02 */
+#define ODS_ID_PROGRAM_03                            11             /* source of a console message: Program_03 */
+#define ODS_ID_PROGRAM_04                            12             /* source of a console message: Program_04 */
+#define ODS_ID_SPLINE                                13             /* source of a console message: spline filter of the interpolators */
+#define ODS_ID_AKD_CONTROL                           14             /* source of a console message: control of AKD drives */
+#define ODS_ID_SR700_CONTROL                         15             /* source of a console message: control of ServoStar 700 drives */
+#define ODS_ID_TGZ_CONTROL                           16             /* source of a console message: control of TGZ drives */
+#define ODS_ID_ECAT_MASTER                           17             /* source of a console message: EtherCAT master */
+#define ODS_ID_ECAT_SLAVES                           18             /* source of a console message: EtherCAT slaves */
+#define ODS_ID_PE_IMAGE                              19             /* source of a console message: loader of PE modules */
+#define ODS_ID_INI_FILE                              20             /* source of a console message: configuration file */
+#define ODS_ID_CNC_0                                 21             /* source of a console message: CNC core 0 */
+#define ODS_ID_CNC_1                                 22             /* source of a console message: CNC core 1 */
+#define ODS_ID_CNC_2                                 23             /* source of a console message: CNC core 2 */
+#define ODS_SEVERITY_INFO_00                         0              /* severity of a console message: information (g5) */
+#define ODS_SEVERITY_WARNING_01                      1              /* severity of a console message: warning (g5) */
+#define ODS_SEVERITY_ERROR_02                        2              /* severity of a console message: error (g5) */
 #define SERVO_RESET_FAULT_BIT0                       0x01u          /* SERVO.Control: clear fault (g5) */
 #define SERVO_DISABLE_TORQUE_BIT1                    0x02u          /* SERVO.Control: torque off, AKD and ServoStar (g5) */
 #define SERVO_RESET_ETHERCAT_BIT2                    0x04u          /* SERVO.Control: device reset, reserved (g5) */
 #define SERVO_CALC_TORQUE_BIT3                       0x08u          /* SERVO.Control: automatic torque, AKD and TGZ (g5) */
-#define SERVO_COMMUNICATIONS_FAULT                   (-1)           /* SERVO.Status (g5) */
-#define SERVO_NO_RESPONSE                            0              /* SERVO.Status (g5) */
-#define SERVO_FAULT                                  1              /* SERVO.Status (g5) */
+#define SERVO_COMMUNICATIONS_FAULT                   (-1)           /* SERVO.Status: communication fault (g5) */
+#define SERVO_NO_RESPONSE                            0              /* SERVO.Status: the drive does not answer (g5) */
+#define SERVO_FAULT                                  1              /* SERVO.Status: drive fault, code in SERVO.Error (g5) */
 #define SERVO_READY_DISABLE                          2              /* SERVO.Status: ready, torque off (g5) */
 #define SERVO_READY_ENABLE                           3              /* SERVO.Status: ready, torque on (g5) */
 #define DIO_RESET_FAULT_BIT0                         0x01u          /* DIO.Control: clear fault (g5) */
-#define MAIN_SAFETYEVENT_NONE                        0              /* normal (g5) */
-#define MAIN_SAFETYEVENT_IMMEDIATE_STOP              0x36363636u    /* servos hold present positions (g5) */
-#define MAIN_SAFETYEVENT_ECAT_BROKEN                 0x2A2A2A2Au    /* EtherCAT link lost (g5) */
-#define MAIN_SAFETYEVENT_CONTROLLED_STOP             0x4E4E4E4Eu    /* servos ramp to zero speed, DIO outputs cleared (g5) */
-#define PG_TYPE_SIN2                                 5              /* sine-squared acceleration (g5) */
-#define PG_MODE_DECELERATING                         2              /* read only, braking in position mode (g5) */
-#define GEAR_MODE_OFF                                0              /* GEAR.Mode */
-#define GEAR_MODE_LINEAR                             1              /* GEAR.Mode */
-#define GEAR_MODE_CAM                                2              /* GEAR.Mode */
-#define GEAR_SOURCEPOSITION_WRITE_POSITION           1              /* GEAR.SourcePosition */
-#define GEAR_SOURCEPOSITION_POSITION                 2              /* GEAR.SourcePosition */
-#define GEAR_SOURCEPOSITION_SERVO_TICK               3              /* GEAR.SourcePosition */
-#define GEAR_SOURCEPOSITION_EXT_POSITION             4              /* GEAR.SourcePosition */
-#define GEAR_CAMTYPE_REVERSIBLE                      0              /* GEAR.CamType */
-#define GEAR_CAMTYPE_FORWARD                         1              /* GEAR.CamType */
-#define GEAR_CAMTAB_CAM_MEMORY                       0              /* GEAR.CamTab */
-#define GEAR_CAMTAB_DATA_MEMORY                      1              /* GEAR.CamTab */
-#define GEAR_CAMEXPCONTROL_EXT_CAM_1                 0x01u          /* bit */
-#define GEAR_CAMEXPCONTROL_EXT_CAM_2                 0x02u          /* bit */
-#define INTERPOLATOR_COMMAND_STATUS_DONE             0              /* INTERPOLATOR.Command_Status */
-#define INTERPOLATOR_COMMAND_STATUS_RUNNING          1              /* INTERPOLATOR.Command_Status */
-#define INTERPOLATOR_COMMAND_STATUS_ERROR            (-1)           /* INTERPOLATOR.Command_Status */
-#define INTERPOLATOR_RUN_FLAG_STOP                   0              /* low half */
-#define INTERPOLATOR_RUN_FLAG_RUN                    1              /* low half */
-#define INTERPOLATOR_RUN_FLAG_WAIT_WINDOW            2              /* low half, turning */
-#define INTERPOLATOR_RUN_FLAG_WAIT_PULSE             3              /* low half, turning */
-#define INTERPOLATOR_RUN_FLAG_WAIT_MFUNC             4              /* low half, M-function started */
-#define INTERPOLATOR_RUN_FLAG_WAIT_MFUNC_END         5              /* low half, awaiting M-function end */
-#define INTERPOLATOR_RUN_FLAG_SPEED_STANDSTILL       1              /* high half */
-#define INTERPOLATOR_RUN_FLAG_SPEED_ACCELERATING     2              /* high half */
-#define INTERPOLATOR_RUN_FLAG_SPEED_REACHED          3              /* high half */
-#define INTERPOLATOR_RUN_FLAG_SPEED_DECELERATING     4              /* high half */
-#define INTERPOLATOR_RUN_FLAG_SPEED_NEXT_SEGMENT     5              /* high half */
-#define INTERPOLATOR_RUN_FLAG_SPEED_LAST_DECELERATION 6              /* high half */
-#define INTERPOLATOR_RUN_FLAG_SPEED_EMERGENCY_RAMP   7              /* high half */
-#define INTERPOLATOR_M_FUNC_CONTINUOUS_ABOVE         1000           /* M above this does not wait */
-#define INTERPOLATOR_LOOK_AHEAD_ENTRY_MOVEMENTTYPE_INVALID 0              /* INTERPOLATOR_LOOK_AHEAD_ENTRY.movementType */
-#define INTERPOLATOR_LOOK_AHEAD_ENTRY_MOVEMENTTYPE_G 1              /* INTERPOLATOR_LOOK_AHEAD_ENTRY.movementType */
-#define INTERPOLATOR_LOOK_AHEAD_ENTRY_MOVEMENTTYPE_M 2              /* code may be negative for internal functions */
-#define INTERPOLATOR_LOOK_AHEAD_ENTRY_ANGLE_NOT_AN_ARC 1e38           /* values above this */
-#define EEPROM_CONTROL_CONTROL_LOAD                  1              /* EEPROM_CONTROL.Control (g5) */
-#define EEPROM_CONTROL_CONTROL_SAVE                  2              /* EEPROM_CONTROL.Control (g5) */
-#define EEPROM_CONTROL_STATUS_READY                  0              /* EEPROM_CONTROL.Status (g5) */
-#define EEPROM_CONTROL_STATUS_BUSY                   1              /* EEPROM_CONTROL.Status (g5) */
-#define EEPROM_CONTROL_STATUS_ERROR                  (-1)           /* EEPROM_CONTROL.Status (g5) */
-#define PG_MODE_SPEED                                0              /* PG.Mode (g5) */
-#define PG_MODE_POSITION                             1              /* PG.Mode (g5) */
-#define PG_TYPE_HARMONIC_ASYMMETRIC                  0              /* PG.Type (g5) */
-#define PG_TYPE_HARMONIC_SYMMETRIC                   1              /* PG.Type (g5) */
-#define PG_TYPE_FULL_HARMONIC                        2              /* PG.Type (g5) */
-#define PG_TYPE_TRAPEZOID                            3              /* PG.Type (g5) */
-#define PG_TYPE_TRAPEZOID_JERK_LIMITED               4              /* PG.Type (g5) */
-#define COMMAND_CONTROL_DONE                         0              /* COMMAND.Control (g5) */
-#define COMMAND_CONTROL_PG_SPEED                     1              /* COMMAND.Control (g5) */
-#define COMMAND_CONTROL_PG_ABSOLUTE                  2              /* COMMAND.Control (g5) */
-#define COMMAND_CONTROL_PG_RELATIVE                  3              /* COMMAND.Control (g5) */
-#define COMMAND_CONTROL_SET_REFERENCE                4              /* COMMAND.Control (g5) */
-#define COMMAND_CONTROL_STOP                         5              /* cancels positioning (g5) */
-#define COMMAND_CONTROL_GEAR                         6              /* linear or cam (g5) */
-#define COMMAND_CONTROL_GEAR_CANCEL                  7              /* COMMAND.Control (g5) */
-#define SERVO_MODE_USER                              9              /* WritePosition taken from TransformedPosition; other modes unpublished here (g5) */
-#define SERVO_MODE_OFF                               0              /* no motion source, axis disabled; forced by the Run sequence (ours: decision M1) */
-#define SERVO_MODE_POSITION                          1              /* WritePosition is the set-point, written by the PLC every Cycle_Time (ours: decision M1) */
-#define ETHERCAT_STATE_INIT                          1              /* SERVO.EtherCATState, DIO.EtherCATState */
-#define ETHERCAT_STATE_PREOP                         2              /* SERVO.EtherCATState, DIO.EtherCATState */
-#define ETHERCAT_STATE_SAFEOP                        4              /* SERVO.EtherCATState, DIO.EtherCATState */
-#define ETHERCAT_STATE_OP                            8              /* SERVO.EtherCATState, DIO.EtherCATState */
+#define MAIN_SAFETYEVENT_NONE                        0              /* MAIN.SafetyEvent: normal (g5) */
+#define MAIN_SAFETYEVENT_IMMEDIATE_STOP              0x36363636u    /* MAIN.SafetyEvent: servos hold present positions (g5) */
+#define MAIN_SAFETYEVENT_ECAT_BROKEN                 0x2A2A2A2Au    /* MAIN.SafetyEvent: EtherCAT link lost (g5) */
+#define MAIN_SAFETYEVENT_CONTROLLED_STOP             0x4E4E4E4Eu    /* MAIN.SafetyEvent: servos ramp to zero speed, DIO outputs cleared (g5) */
+#define PG_TYPE_SIN2                                 5              /* PG.Type: sine-squared acceleration (g5) */
+#define PG_MODE_DECELERATING                         2              /* PG.Mode, only read: braking in position mode (g5) */
+#define GEAR_MODE_OFF                                0              /* GEAR.Mode: off */
+#define GEAR_MODE_LINEAR                             1              /* GEAR.Mode: linear gear */
+#define GEAR_MODE_CAM                                2              /* GEAR.Mode: cam */
+#define GEAR_SOURCEPOSITION_WRITE_POSITION           1              /* GEAR.SourcePosition: the master's WritePosition */
+#define GEAR_SOURCEPOSITION_POSITION                 2              /* GEAR.SourcePosition: the master's Position */
+#define GEAR_SOURCEPOSITION_SERVO_TICK               3              /* GEAR.SourcePosition: MAIN.Servo_Tick */
+#define GEAR_SOURCEPOSITION_EXT_POSITION             4              /* GEAR.SourcePosition: the master's ExtPosition */
+#define GEAR_CAMTYPE_REVERSIBLE                      0              /* GEAR.CamType: cam that returns to its beginning */
+#define GEAR_CAMTYPE_FORWARD                         1              /* GEAR.CamType: incremental cam, each turn adds CamIncPosition */
+#define GEAR_CAMTAB_CAM_MEMORY                       0              /* GEAR.CamTab: the table is in TGM_Cam_Profile */
+#define GEAR_CAMTAB_DATA_MEMORY                      1              /* GEAR.CamTab: the table is in TGM_Data */
+#define GEAR_CAMEXPCONTROL_EXT_CAM_1                 0x01u          /* bit of GEAR.CamExpControl: external cam 1 on */
+#define GEAR_CAMEXPCONTROL_EXT_CAM_2                 0x02u          /* bit of GEAR.CamExpControl: external cam 2 on */
+#define INTERPOLATOR_COMMAND_STATUS_DONE             0              /* INTERPOLATOR.Command_Status: done, ready for the next command */
+#define INTERPOLATOR_COMMAND_STATUS_RUNNING          1              /* INTERPOLATOR.Command_Status: command is being carried out */
+#define INTERPOLATOR_COMMAND_STATUS_ERROR            (-1)           /* INTERPOLATOR.Command_Status: command failed */
+#define INTERPOLATOR_RUN_FLAG_STOP                   0              /* low half of INTERPOLATOR.Run_Flag: stopped */
+#define INTERPOLATOR_RUN_FLAG_RUN                    1              /* low half of INTERPOLATOR.Run_Flag: running */
+#define INTERPOLATOR_RUN_FLAG_WAIT_WINDOW            2              /* low half of INTERPOLATOR.Run_Flag: waits for the window (turning) */
+#define INTERPOLATOR_RUN_FLAG_WAIT_PULSE             3              /* low half of INTERPOLATOR.Run_Flag: waits for the pulse (turning) */
+#define INTERPOLATOR_RUN_FLAG_WAIT_MFUNC             4              /* low half of INTERPOLATOR.Run_Flag: M-function started */
+#define INTERPOLATOR_RUN_FLAG_WAIT_MFUNC_END         5              /* low half of INTERPOLATOR.Run_Flag: waits for the end of the M-function */
+#define INTERPOLATOR_RUN_FLAG_SPEED_STANDSTILL       1              /* high half of INTERPOLATOR.Run_Flag: no movement */
+#define INTERPOLATOR_RUN_FLAG_SPEED_ACCELERATING     2              /* high half of INTERPOLATOR.Run_Flag: accelerating */
+#define INTERPOLATOR_RUN_FLAG_SPEED_REACHED          3              /* high half of INTERPOLATOR.Run_Flag: at the set speed */
+#define INTERPOLATOR_RUN_FLAG_SPEED_DECELERATING     4              /* high half of INTERPOLATOR.Run_Flag: decelerating */
+#define INTERPOLATOR_RUN_FLAG_SPEED_NEXT_SEGMENT     5              /* high half of INTERPOLATOR.Run_Flag: next speed segment */
+#define INTERPOLATOR_RUN_FLAG_SPEED_LAST_DECELERATION 6              /* high half of INTERPOLATOR.Run_Flag: decelerating on the last segment */
+#define INTERPOLATOR_RUN_FLAG_SPEED_EMERGENCY_RAMP   7              /* high half of INTERPOLATOR.Run_Flag: emergency ramp */
+#define INTERPOLATOR_M_FUNC_CONTINUOUS_ABOVE         1000           /* INTERPOLATOR.M_Func: motion waits for M-functions below, not for those above */
+#define INTERPOLATOR_LOOK_AHEAD_ENTRY_MOVEMENTTYPE_INVALID 0              /* INTERPOLATOR_LOOK_AHEAD_ENTRY.movementType: entry is not valid */
+#define INTERPOLATOR_LOOK_AHEAD_ENTRY_MOVEMENTTYPE_G 1              /* INTERPOLATOR_LOOK_AHEAD_ENTRY.movementType: motion, G0 to G3 */
+#define INTERPOLATOR_LOOK_AHEAD_ENTRY_MOVEMENTTYPE_M 2              /* INTERPOLATOR_LOOK_AHEAD_ENTRY.movementType: M-function; negative codes are internal */
+#define INTERPOLATOR_LOOK_AHEAD_ENTRY_ANGLE_NOT_AN_ARC 1e38           /* INTERPOLATOR_LOOK_AHEAD_ENTRY angles above this: not an arc */
+#define EEPROM_CONTROL_CONTROL_LOAD                  1              /* EEPROM_CONTROL.Control: load the area (g5) */
+#define EEPROM_CONTROL_CONTROL_SAVE                  2              /* EEPROM_CONTROL.Control: save the area (g5) */
+#define EEPROM_CONTROL_STATUS_READY                  0              /* EEPROM_CONTROL.Status: ready (g5) */
+#define EEPROM_CONTROL_STATUS_BUSY                   1              /* EEPROM_CONTROL.Status: loading or saving (g5) */
+#define EEPROM_CONTROL_STATUS_ERROR                  (-1)           /* EEPROM_CONTROL.Status: loading or saving failed (g5) */
+#define PG_MODE_SPEED                                0              /* PG.Mode: speed, to PG.Speed (g5) */
+#define PG_MODE_POSITION                             1              /* PG.Mode: positioning, to PG.DPos (g5) */
+#define PG_TYPE_HARMONIC_ASYMMETRIC                  0              /* PG.Type: harmonic ramps, not symmetric (g5) */
+#define PG_TYPE_HARMONIC_SYMMETRIC                   1              /* PG.Type: harmonic ramps, symmetric (g5) */
+#define PG_TYPE_FULL_HARMONIC                        2              /* PG.Type: harmonic over the whole move (g5) */
+#define PG_TYPE_TRAPEZOID                            3              /* PG.Type: trapezoid (g5) */
+#define PG_TYPE_TRAPEZOID_JERK_LIMITED               4              /* PG.Type: trapezoid with limited jerk (g5) */
+#define COMMAND_CONTROL_DONE                         0              /* COMMAND.Control: previous command has finished (g5) */
+#define COMMAND_CONTROL_PG_SPEED                     1              /* COMMAND.Control: profile generator, speed control (g5) */
+#define COMMAND_CONTROL_PG_ABSOLUTE                  2              /* COMMAND.Control: profile generator, absolute positioning (g5) */
+#define COMMAND_CONTROL_PG_RELATIVE                  3              /* COMMAND.Control: profile generator, relative positioning (g5) */
+#define COMMAND_CONTROL_SET_REFERENCE                4              /* COMMAND.Control: set the reference position (g5) */
+#define COMMAND_CONTROL_STOP                         5              /* COMMAND.Control: cancel positioning, stop the servo (g5) */
+#define COMMAND_CONTROL_GEAR                         6              /* COMMAND.Control: linear gear or cam (g5) */
+#define COMMAND_CONTROL_GEAR_CANCEL                  7              /* COMMAND.Control: cancel the gear (g5) */
+#define SERVO_MODE_USER                              9              /* SERVO.Mode: WritePosition is taken from TransformedPosition (g5) */
+#define SERVO_MODE_OFF                               0              /* SERVO.Mode: no source of motion, axis disabled; forced by the Run sequence (ours: decision M1) */
+#define SERVO_MODE_POSITION                          1              /* SERVO.Mode: WritePosition is the set-point, which the PLC writes every Cycle_Time (ours: decision M1) */
+#define ETHERCAT_STATE_INIT                          1              /* EtherCATState of SERVO, DIO and GENERAL_DEVICE: INIT */
+#define ETHERCAT_STATE_PREOP                         2              /* EtherCATState of SERVO, DIO and GENERAL_DEVICE: PREOP */
+#define ETHERCAT_STATE_SAFEOP                        4              /* EtherCATState of SERVO, DIO and GENERAL_DEVICE: SAFEOP */
+#define ETHERCAT_STATE_OP                            8              /* EtherCATState of SERVO, DIO and GENERAL_DEVICE: OP, process data are exchanged */
+#define CNC_INVALID_VALUE                            1e+38          /* marks a letter that was not given, in arrays of A to Z */
+#define CNC_INVALID_VALUE_F                          1e+38          /* the same in 32-bit floats */
+#define CNC_MAX_FUNC_ADDRESSES                       26             /* letters A to Z */
+#define CNC_ACTUAL_N_AXES                            10             /* axes of a CNC core */
+#define CNC_NUMBER_OF_VARIABLES                      100            /* user parameters P00 to P99 */
+#define CNC_SUB_PARS                                 50             /* system parameters P100 to P149 */
+#define CNC_MAX_DECLARED_PARAMS                      150            /* length of TGM_CNC_CORE_MEMORY_INTERNAL.Pxx */
+#define CNC_FILE_IDX_UNKNOWN                         (-1)           /* file index that is no file; by its name: not known */
+#define CNC_FILE_IDX_END                             (-2)           /* file index that is no file; by its name: end of the program */
+#define CNC_FILE_IDX_STOP                            (-3)           /* file index that is no file; by its name: stop */
+#define CNC_FILE_IDX_EXEC                            (-4)           /* file index that is no file; by its name: execution of inserted code */
+#define CNC_FILE_IDX_INSERT_M_FUNCS                  (-5)           /* file index that is no file; by its name: inserted M-functions */
+#define CNC_FILE_IDX_INSERT_G_FUNCS                  (-6)           /* file index that is no file; by its name: inserted G-functions */
+#define CNC_FILE_IDX_RUNTIME_ERROR                   (-7)           /* file index that is no file; by its name: error at run time */
+#define CNC_FILE_IDX_MOVE                            (-8)           /* file index that is no file; by its name: free move */
+#define CNC_PLANE_XY                                 17             /* plane: XY, G17 */
+#define CNC_PLANE_XZ                                 18             /* plane: XZ, G18 */
+#define CNC_PLANE_YZ                                 19             /* plane: YZ, G19 */
+#define CNC_PLANE_ZX                                 20             /* plane: ZX, by its name */
+#define CNC_PLANE_XYZ                                21             /* plane: XYZ, by its name */
+#define CNC_P10DOUBLE_X                              0              /* index of axis X in P10DOUBLE.xyzcbuvwao */
+#define CNC_P10DOUBLE_Y                              1              /* index of axis Y in P10DOUBLE.xyzcbuvwao */
+#define CNC_P10DOUBLE_Z                              2              /* index of axis Z in P10DOUBLE.xyzcbuvwao */
+#define CNC_P10DOUBLE_C                              3              /* index of axis C in P10DOUBLE.xyzcbuvwao */
+#define CNC_P10DOUBLE_B                              4              /* index of axis B in P10DOUBLE.xyzcbuvwao */
+#define CNC_P10DOUBLE_U                              5              /* index of axis U in P10DOUBLE.xyzcbuvwao */
+#define CNC_P10DOUBLE_V                              6              /* index of axis V in P10DOUBLE.xyzcbuvwao */
+#define CNC_P10DOUBLE_W                              7              /* index of axis W in P10DOUBLE.xyzcbuvwao */
+#define CNC_P10DOUBLE_A                              8              /* index of axis A in P10DOUBLE.xyzcbuvwao */
+#define CNC_P10DOUBLE_O                              9              /* index of axis O in P10DOUBLE.xyzcbuvwao */
+#define CNC_CORR_NO                                  40             /* tool compensation: off, G40 */
+#define CNC_CORR_LEFT                                41             /* tool compensation: left of the path, G41 */
+#define CNC_CORR_RIGHT                               42             /* tool compensation: right of the path, G42 */
+#define CNC_CORR_STRATEGY_G41_ALREADY_CORRECTED      0x00u          /* GCODE_PARAMETERS.correctionStrategy: low byte: the motion of G41 is already compensated (from the name; the pages give the value only) */
+#define CNC_CORR_STRATEGY_G41_STARTS_CORRECTION      0x01u          /* GCODE_PARAMETERS.correctionStrategy: low byte: compensation begins with the motion of G41 (from the name; the pages give the value only) */
+#define CNC_CORR_STRATEGY_MASK                       0xFFu          /* GCODE_PARAMETERS.correctionStrategy: bits of the two values above (from the name; the pages give the value only) */
+#define CNC_CORR_STRATEGY_OLD_VERSION                0x80000000u    /* GCODE_PARAMETERS.correctionStrategy: bit: as in old versions (from the name; the pages give the value only) */
+#define CNC_CORR_STRATEGY_G00_WITHOUT_CORR           0x40000000u    /* GCODE_PARAMETERS.correctionStrategy: bit: no compensation in rapid motion (from the name; the pages give the value only) */
+#define CNC_CORR_STRATEGY_FORCE_TO_CONTINUE          0x20000000u    /* GCODE_PARAMETERS.correctionStrategy: bit: go on in spite of faults (from the name; the pages give the value only) */
+#define CNC_CORR_STRATEGY_CHECK_ORIGINAL_GCODE       0x2000000u     /* GCODE_PARAMETERS.correctionStrategy: bit: check the G-code as written (from the name; the pages give the value only) */
+#define CNC_CORR_STRATEGY_REMOVE_LAST_ARC            0x1000000u     /* GCODE_PARAMETERS.correctionStrategy: bit: leave the last arc out (from the name; the pages give the value only) */
+#define CNC_CORR_STRATEGY_REMOVE_FIRST_ARC           0x800000u      /* GCODE_PARAMETERS.correctionStrategy: bit: leave the first arc out (from the name; the pages give the value only) */
+#define CNC_CORR_STRATEGY_NO_ADD_R                   0x400000u      /* GCODE_PARAMETERS.correctionStrategy: bit: add no radii (from the name; the pages give the value only) */
+#define CNC_CORR_STRATEGY_REMOVE_SMALL_ARCS          0x200000u      /* GCODE_PARAMETERS.correctionStrategy: bit: leave small arcs out (from the name; the pages give the value only) */
+#define CNC_CORR_STRATEGY_ALLOW_REVERSE_LINES        0x100000u      /* GCODE_PARAMETERS.correctionStrategy: bit: lines may be reversed (from the name; the pages give the value only) */
+#define CNC_CORR_STRATEGY_REMOVE_CROSSES             0x80000u       /* GCODE_PARAMETERS.correctionStrategy: bit: leave crossings out (from the name; the pages give the value only) */
+#define CNC_CORR_STRATEGY_CONNECT_WRONG_BY_G1        0x40000u       /* GCODE_PARAMETERS.correctionStrategy: bit: connect faulty places by G1 (from the name; the pages give the value only) */
+#define CNC_CORR_STRATEGY_CONNECT_WRONG_BY_MOVE      0x20000u       /* GCODE_PARAMETERS.correctionStrategy: bit: connect faulty places by moving (from the name; the pages give the value only) */
+#define CNC_CORR_STRATEGY_ALLOW_FIRST_LAST_CROSS     0x10000u       /* GCODE_PARAMETERS.correctionStrategy: bit: first and last part may cross (from the name; the pages give the value only) */
+#define CNC_CORR_STRATEGY_SEARCH_MASK                0x700u         /* GCODE_PARAMETERS.correctionStrategy: bits of the search depth (from the name; the pages give the value only) */
+#define CNC_CORR_STRATEGY_SEARCH_DEEP_10             0x100u         /* GCODE_PARAMETERS.correctionStrategy: search 10 parts deep (from the name; the pages give the value only) */
+#define CNC_CORR_STRATEGY_SEARCH_DEEP_50             0x200u         /* GCODE_PARAMETERS.correctionStrategy: search 50 parts deep (from the name; the pages give the value only) */
+#define CNC_CORR_STRATEGY_SEARCH_DEEP_100            0x300u         /* GCODE_PARAMETERS.correctionStrategy: search 100 parts deep (from the name; the pages give the value only) */
+#define CNC_CORR_STRATEGY_SEARCH_DEEP_500            0x400u         /* GCODE_PARAMETERS.correctionStrategy: search 500 parts deep (from the name; the pages give the value only) */
+#define CNC_CORR_STRATEGY_SEARCH_DEEP_1000           0x500u         /* GCODE_PARAMETERS.correctionStrategy: search 1000 parts deep (from the name; the pages give the value only) */
+#define CNC_CORR_STRATEGY_SEARCH_DEEP_2000           0x600u         /* GCODE_PARAMETERS.correctionStrategy: search 2000 parts deep (from the name; the pages give the value only) */
+#define CNC_CORR_STRATEGY_SEARCH_DEEP_ALL            0x700u         /* GCODE_PARAMETERS.correctionStrategy: search the whole program (from the name; the pages give the value only) */
+#define CNC_CORR_STRATEGY_DEFAULT_DEEP               0x3E8u         /* GCODE_PARAMETERS.correctionStrategy: search depth by default, parts (from the name; the pages give the value only) */
+#define CNC_CORR_STRATEGY_MIN_DEEP                   0x0Au          /* GCODE_PARAMETERS.correctionStrategy: least search depth, parts (from the name; the pages give the value only) */
+#define CNC_F_BY_GCODE                               0              /* GCODE_PARAMETERS.forceMode: feed from the G-code */
+#define CNC_F_BY_PARAMETERS                          1              /* GCODE_PARAMETERS.forceMode: feed from the parameters */
+#define CNC_F_BY_PARAMETERS_FP_BY_GCODE              2              /* GCODE_PARAMETERS.forceMode: feed from the parameters, FP from the G-code */
+#define CNC_DEF_GCODE_FEED_G00                       0              /* index in GCODE_PARAMETERS.motion: rapid motion */
+#define CNC_DEF_GCODE_FEED_G01                       1              /* index in GCODE_PARAMETERS.motion: cutting */
+#define CNC_DEF_GCODE_FEED_REVERSE                   2              /* index in GCODE_PARAMETERS.motion: running backward */
+#define CNC_DEF_GCODE_FEED_CONNECT                   3              /* index in GCODE_PARAMETERS.motion: connecting to the trajectory */
+#define CNC_DEF_GCODE_FEED_WITHOUT_M                 4              /* index in GCODE_PARAMETERS.motion: running without M-functions */
+#define CNC_DEF_GCODE_FEED_GOTO_POSITION             5              /* index in GCODE_PARAMETERS.motion: free positioning */
+#define CNC_DEF_GCODE_FEED_NORMAL_STOP               6              /* index in GCODE_PARAMETERS.motion: normal stop */
+#define CNC_DEF_GCODE_FEED_EMERGENCY_STOP            7              /* index in GCODE_PARAMETERS.motion: emergency stop */
+#define CNC_DISABLE_OPCODE_CALL                      0x01u          /* bit of GCODE_PARAMETERS.disableAdditionalProgramFlowInfo: no opcode callbacks */
+#define CNC_DISABLE_ASSIGN_CALL                      0x02u          /* bit of GCODE_PARAMETERS.disableAdditionalProgramFlowInfo: no assignment callbacks */
+#define CNC_DISABLE_REFRESH_ALL_PARAMS_CALL          0x04u          /* bit of GCODE_PARAMETERS.disableAdditionalProgramFlowInfo: no parameter callbacks */
+#define CNC_GCODE_ALLOWED_CIRC_CENTER_ACCURACY       0              /* index in GCODE_PARAMETERS.tolerance; by its name: accuracy of circle centres */
+#define CNC_GCODE_CROSSING_ACCURACY                  1              /* index in GCODE_PARAMETERS.tolerance; by its name: accuracy of crossings */
+#define CNC_GCODE_ANGULAR_PRECISION                  2              /* index in GCODE_PARAMETERS.tolerance; by its name: angular precision */
+#define CNC_GCODE_ANGULAR_DISTANCE_PRECISION         3              /* index in GCODE_PARAMETERS.tolerance; by its name: precision of angular distance */
+#define CNC_GCODE_MINIMAL_ALLOWED_ARC_R              4              /* index in GCODE_PARAMETERS.tolerance; by its name: smallest radius of an arc */
+#define CNC_GCODE_NO_ADD_R_MULTIPLIER                5              /* index in GCODE_PARAMETERS.tolerance; by its name: multiplier for NO_ADD_R */
+#define CNC_GCODE_SOURCE_PRECISION                   6              /* index in GCODE_PARAMETERS.tolerance; by its name: precision of the source */
+#define CNC_GCODE_MINIMAL_ALLOWED_LINE_LENGTH        7              /* index in GCODE_PARAMETERS.tolerance; by its name: least length of a line */
+#define CNC_GCODE_PARAMETERS_N_MOTIONS               8              /* length of GCODE_PARAMETERS.motion */
+#define CNC_GCODE_PARAMETERS_N_CORECTIONS            8              /* length of GCODE_PARAMETERS.correction; spelling as published */
+#define CNC_GCODE_PARAMETERS_N_ARCFEED_TABLE         5              /* length of GCODE_PARAMETERS.arcFeedTable */
+#define CNC_GCODE_PARAMETERS_N_MFUNC_INSERT_TABLE    3              /* length of GCODE_PARAMETERS.mFuncInsertTable */
+#define CNC_GCODE_PARAMETERS_N_TOLERANCE_TABLE       10             /* length of GCODE_PARAMETERS.tolerance */
+#define CNC_GCODE_SIZE_ORIGINAL_IDX                  0              /* index in GCODE_INFO.m_size: the program as written */
+#define CNC_GCODE_SIZE_CORRECTED_IDX                 1              /* index in GCODE_INFO.m_size: with tool compensation */
+#define CNC_GCODE_SIZE_ROTATED_IDX                   2              /* index in GCODE_INFO.m_size: rotated */
+#define CNC_GCODE_SIZE_ROTATED_CORRECTED_IDX         3              /* index in GCODE_INFO.m_size: rotated, with tool compensation */
+#define CNC_TGM_FUNCTION_INTERNAL_MAX_GCODE_EX_SIZE  2048           /* bytes of extra G-code text */
+#define CNC_TGM_FUNCTION_N_WANTED_SIZE               8192           /* bytes of TGM_FUNCTION */
+#define CNC_TGM_FUNCTION_N_RESERVED                  4120           /* bytes that fill TGM_FUNCTION up */
+#define CNC_TGM_CNC_CORE_MEMORY_N_WANTED_SIZE        16384          /* bytes of TGM_CNC_CORE_MEMORY */
+#define CNC_TGM_CNC_CORE_MEMORY_N_RESERVED           3232           /* bytes that fill TGM_CNC_CORE_MEMORY up */
+#define CNC_TGM_CNC_MEMORY_HEADER_N_RESERVED_ITEMS   19             /* unused words in TGM_CNC_MEMORY_HEADER */
+#define CNC_STATUS_OFFLINE_M02                       (-2)           /* CNC state (m_statusCNC, regime): remote device missing */
+#define CNC_STATUS_INVALID_00                        0              /* CNC state (m_statusCNC, regime): no program loaded */
+#define CNC_STATUS_COMPILING_01                      1              /* CNC state (m_statusCNC, regime): compiling */
+#define CNC_STATUS_COMPILE_FINISHED_M01              (-1)           /* CNC state (m_statusCNC, regime): compilation over */
+#define CNC_STATUS_SIMULATING_10                     10             /* CNC state (m_statusCNC, regime): simulating */
+#define CNC_STATUS_SIMULATION_END_M10                (-10)          /* CNC state (m_statusCNC, regime): simulation over */
+#define CNC_STATUS_SIMULATION_BREAK_M11              (-11)          /* CNC state (m_statusCNC, regime): simulation stopped by user */
+#define CNC_STATUS_TEST_20                           20             /* CNC state (m_statusCNC, regime): testing */
+#define CNC_STATUS_TEST_END_M20                      (-20)          /* CNC state (m_statusCNC, regime): test over */
+#define CNC_STATUS_TEST_BREAK_M21                    (-21)          /* CNC state (m_statusCNC, regime): test stopped by user */
+#define CNC_STATUS_TRAJECTORY_START_M30              (-30)          /* CNC state (m_statusCNC, regime): standing at start */
+#define CNC_STATUS_TRAJECTORY_BREAK_M31              (-31)          /* CNC state (m_statusCNC, regime): standing on trajectory */
+#define CNC_STATUS_TRAJECTORY_END_M32                (-32)          /* CNC state (m_statusCNC, regime): standing at end */
+#define CNC_STATUS_TRAJECTORY_BREAK_M0_M33           (-33)          /* CNC state (m_statusCNC, regime): standing because of M0 */
+#define CNC_STATUS_FORWARD_30                        30             /* CNC state (m_statusCNC, regime): running forward */
+#define CNC_STATUS_FORWARD_NO_MFUNC_31               31             /* CNC state (m_statusCNC, regime): running forward, M-functions skipped */
+#define CNC_STATUS_BACKWARD_32                       32             /* CNC state (m_statusCNC, regime): running backward */
+#define CNC_STATUS_FORWARD_SKIP_FIRST_M_33           33             /* CNC state (m_statusCNC, regime): running forward, leading M-function skipped */
+#define CNC_STATUS_CONNECTING_40                     40             /* CNC state (m_statusCNC, regime): computing connection point */
+#define CNC_STATUS_CONNECT_MOVE_41                   41             /* CNC state (m_statusCNC, regime): moving to connection point */
+#define CNC_STATUS_HAND_MOVE_50                      50             /* CNC state (m_statusCNC, regime): free positioning */
+#define CNC_STATUS_OUT_OF_TRAJECTORY_M50             (-50)          /* CNC state (m_statusCNC, regime): standing off trajectory */
+#define CNC_STATUS_CALCULATING_60                    60             /* CNC state (m_statusCNC, regime): internal computation */
+#define CNC_STATUS_START_M_FUNCS_70                  70             /* CNC state (m_statusCNC, regime): sending start M-functions */
+#define CNC_STATUS_STOP_M_FUNCS_80                   80             /* CNC state (m_statusCNC, regime): sending stop M-functions */
+#define CNC_STATUS_CONNECT_INS_M_FUNCS_90            90             /* CNC state (m_statusCNC, regime): sending connect M-functions */
+#define CNC_STATUS_NONSENSE                          (-1234)        /* CNC state (m_statusCNC, regime): marker, never real */
+#define CNC_CONNECT_TYPE_BY_COORD                    0              /* TGM_FUNCTION_INTERNAL.connectType; by its name: by coordinates */
+#define CNC_CONNECT_TYPE_BY_LINE_START               1              /* TGM_FUNCTION_INTERNAL.connectType; by its name: to the start of a line */
+#define CNC_CONNECT_TYPE_BY_LINE_END                 2              /* TGM_FUNCTION_INTERNAL.connectType; by its name: to the end of a line */
+#define CNC_CONNECT_TYPE_BY_COORD_GO                 10             /* TGM_FUNCTION_INTERNAL.connectType; by its name: by coordinates, and go */
+#define CNC_CONNECT_TYPE_BY_LINE_START_GO            11             /* TGM_FUNCTION_INTERNAL.connectType; by its name: to the start of a line, and go */
+#define CNC_CONNECT_TYPE_BY_LINE_END_GO              12             /* TGM_FUNCTION_INTERNAL.connectType; by its name: to the end of a line, and go */
+#define CNC_CONNECT_TYPE_BY_M_FUNC_COUNT             20             /* TGM_FUNCTION_INTERNAL.connectType; by its name: by the number of M-functions */
+#define CNC_CONNECT_TYPE_BY_M_FUNC_COUNT_REL         21             /* TGM_FUNCTION_INTERNAL.connectType; by its name: by the number of M-functions from here */
+#define CNC_CONNECT_TYPE_BY_GCODE_INDEX              30             /* TGM_FUNCTION_INTERNAL.connectType; by its name: by G-code index */
+#define CNC_CONNECT_TYPE_BY_GCODE_INDEX_ACTUAL_COORD 31             /* TGM_FUNCTION_INTERNAL.connectType; by its name: by G-code index at the present coordinates */
+#define CNC_CONNECT_TYPE_BY_GCODE_INDEX_END          32             /* TGM_FUNCTION_INTERNAL.connectType; by its name: to the end of a G-code index */
+#define CNC_CONNECT_TYPE_BY_COORD_GO_BUFFERED        40             /* TGM_FUNCTION_INTERNAL.connectType; by its name: by coordinates, and go, buffered */
+#define CNC_CONNECT_TYPE_BY_LINE_START_GO_BUFFERED   41             /* TGM_FUNCTION_INTERNAL.connectType; by its name: to the start of a line, and go, buffered */
+#define CNC_CONNECT_TYPE_BY_LINE_END_GO_BUFFERED     42             /* TGM_FUNCTION_INTERNAL.connectType; by its name: to the end of a line, and go, buffered */
+#define CNC_AXIS_NONE                                (-1)           /* CNC axis number: no axis */
+#define CNC_AXIS_X                                   0              /* CNC axis number: axis X */
+#define CNC_AXIS_Y                                   1              /* CNC axis number: axis Y */
+#define CNC_AXIS_Z                                   2              /* CNC axis number: axis Z */
+#define CNC_AXIS_C                                   3              /* CNC axis number: axis C */
+#define CNC_AXIS_B                                   4              /* CNC axis number: axis B */
+#define CNC_AXIS_U                                   5              /* CNC axis number: axis U */
+#define CNC_AXIS_V                                   6              /* CNC axis number: axis V */
+#define CNC_AXIS_W                                   7              /* CNC axis number: axis W */
+#define CNC_AXIS_A                                   8              /* CNC axis number: axis A */
+#define CNC_AXIS_O                                   9              /* CNC axis number: axis O */
+#define CNC_AXIS_S                                   100            /* CNC axis number: spindle, by its name */
+#define CNC_AXIS_T                                   101            /* CNC axis number: tool, by its name */
+#define CNC_AXIS_IO                                  102            /* CNC axis number: inputs and outputs, by its name */
+#define CNC_AXIS_S2                                  103            /* CNC axis number: second spindle, by its name */
+#define CNC_AXIS_XY                                  200            /* CNC axis number: axes X and Y together, by its name */
+#define CNC_WORKER_STATE_RESET_00                    0              /* ACTUAL_GM_VALUES.m_workerState: reset */
+#define CNC_WORKER_STATE_RUNNING_01                  1              /* ACTUAL_GM_VALUES.m_workerState: running */
+#define CNC_WORKER_STATE_ENDED_02                    2              /* ACTUAL_GM_VALUES.m_workerState: ended */
+#define CNC_WORKER_STATE_BROKEN_03                   3              /* ACTUAL_GM_VALUES.m_workerState: broken off */
+#define CNC_WORKER_STATE_BROKEN_BY_M0_04             4              /* ACTUAL_GM_VALUES.m_workerState: broken off by M0 */
+#define CNC_FUNC_NONE_00                             0              /* TGM_FUNCTION_INTERNAL.number: idle */
+#define CNC_FUNC_STOP_01                             1              /* TGM_FUNCTION_INTERNAL.number: stop */
+#define CNC_FUNC_START_02                            2              /* TGM_FUNCTION_INTERNAL.number: start */
+#define CNC_FUNC_CONNECT_03                          3              /* TGM_FUNCTION_INTERNAL.number: connect to trajectory */
+#define CNC_FUNC_GOTO_04                             4              /* TGM_FUNCTION_INTERNAL.number: free positioning */
+#define CNC_FUNC_SET_GCODE_PARAMETERS_05             5              /* TGM_FUNCTION_INTERNAL.number: apply GCODE_PARAMETERS */
+#define CNC_FUNC_COMPILE_06                          6              /* TGM_FUNCTION_INTERNAL.number: compile */
+#define MAX_SERVO_PC                                 256            /* servos at most on a PC */
+#define MAX_DIO_PC                                   16             /* I/O units at most on a PC; a chapter of generation 4 says 256 (devices on the bus) */
+#define MAX_INTERPOLATOR_PC                          3              /* interpolators (CNC cores) at most on a PC */
+#define MAX_SERVO_TGMMINI                            64             /* servos at most on TGMmini */
+#define MAX_DIO_TGMMINI                              16             /* I/O units at most on TGMmini */
+#define MAX_INTERPOLATOR_TGMMINI                     2              /* interpolators (CNC cores) at most on TGMmini; hardware of the first version has 1 */
+#define SIZE_SYSTEM_MEMORY                           8192           /* bytes of TGM_System */
+#define SIZE_DIO_MEMORY                              32768          /* bytes of TGM_Dio, 16 records */
+#define SIZE_GENERAL_MEMORY                          16384          /* bytes of TGM_General, 16 records */
+#define SIZE_ODS_MEMORY                              1048576        /* bytes of TGM_ODS; from a release note of 2016, not confirmed for generation 5 */
+#define PLC_INI_ERROR                                0              /* result of Program_Ini: do not start */
+#define PLC_INI_OK                                   1              /* result of Program_Ini: start the cycles */
+#define SLEEPFT_UNIT_NS                              100            /* nanoseconds of one count of pSleepFt */
 
 /* HEADER: identification and memory sizes, written by TG Motion only; 128 bytes. */
 typedef struct _HEADER {
-    uint32_t Life_Tick; /* @0 R: incrementing sign of life */
-    uint32_t Compatibility_Id; /* @4 R: interface version id: 4034 in generation 5 */
-    uint32_t CompatibilityMem_Id; /* @8 R: memory layout id: 905 or 906 */
-    uint32_t CompatibilityCnc_Id; /* @12 R: CNC layout id: 123 or 126 */
-    uint32_t Reserve0; /* @16 reserved: unused; becomes Product_Id in 5.02 */
-    uint32_t Mem_Number; /* @20 R: how many shared memories exist */
+    uint32_t Life_Tick; /* @0 R, no unit: incrementing sign of life */
+    uint32_t Compatibility_Id; /* @4 R, no unit: interface version id: 4034 in generation 5 */
+    uint32_t CompatibilityMem_Id; /* @8 R, no unit: memory layout id: 905 or 906 */
+    uint32_t CompatibilityCnc_Id; /* @12 R, no unit: CNC layout id: 123 or 126 */
+    uint32_t Reserve0; /* @16 reserved, no unit: unused; becomes Product_Id in 5.02 */
+    uint32_t Mem_Number; /* @20 R, no unit: how many shared memories exist */
     uint32_t Mem_Size_System; /* @24 R, byte: length of TGM_System */
     uint32_t Mem_Size_Data; /* @28 R, byte: length of TGM_Data */
     uint32_t Mem_Size_Cam; /* @32 R, byte: length of TGM_Cam_Profile */
@@ -333,19 +511,19 @@ typedef struct _HEADER {
     uint32_t Mem_Size_Ods; /* @64 R, byte: length of TGM_ODS */
     uint32_t Mem_Size_CncOds; /* @68 R, byte: length of TGM_CNCODS */
     uint32_t Mem_Size_CncEx; /* @72 R, byte: length of TGM_CNCEX */
-    int32_t Reserve1; /* @76 reserved: unused */
-    int32_t Reserve2; /* @80 reserved: unused */
-    int32_t Reserve3; /* @84 reserved: unused */
-    int32_t Internal_Reg0; /* @88 R: vendor internal */
-    int32_t Internal_Reg1; /* @92 R: vendor internal */
-    int32_t Internal_Reg2; /* @96 R: vendor internal */
-    int32_t Internal_Reg3; /* @100 R: vendor internal */
-    int32_t Internal_Reg4; /* @104 R: vendor internal */
-    int32_t Internal_Reg5; /* @108 R: vendor internal */
-    int32_t Internal_Reg6; /* @112 R: vendor internal */
-    int32_t Internal_Reg7; /* @116 R: vendor internal */
-    int32_t Internal_Reg8; /* @120 R: vendor internal */
-    int32_t Internal_Reg9; /* @124 R: vendor internal */
+    int32_t Reserve1; /* @76 reserved, no unit: unused */
+    int32_t Reserve2; /* @80 reserved, no unit: unused */
+    int32_t Reserve3; /* @84 reserved, no unit: unused */
+    int32_t Internal_Reg0; /* @88 R, no unit: vendor internal */
+    int32_t Internal_Reg1; /* @92 R, no unit: vendor internal */
+    int32_t Internal_Reg2; /* @96 R, no unit: vendor internal */
+    int32_t Internal_Reg3; /* @100 R, no unit: vendor internal */
+    int32_t Internal_Reg4; /* @104 R, no unit: vendor internal */
+    int32_t Internal_Reg5; /* @108 R, no unit: vendor internal */
+    int32_t Internal_Reg6; /* @112 R, no unit: vendor internal */
+    int32_t Internal_Reg7; /* @116 R, no unit: vendor internal */
+    int32_t Internal_Reg8; /* @120 R, no unit: vendor internal */
+    int32_t Internal_Reg9; /* @124 R, no unit: vendor internal */
 } HEADER;
 
 TGM_LAYOUT_OFFSET(HEADER, Life_Tick, 0, 0, 0);
@@ -416,69 +594,69 @@ TGM_LAYOUT_SIZE(HEADER, 128, 128, 128);
 
 /* MAIN: control words, counts, cycle timing; 2320 bytes. */
 typedef struct _MAIN {
-    uint32_t TGMotion_Version; /* @0 -: program version together with build day, month, year */
-    uint32_t TGM_TgMotionKill; /* @4 -: quit request word; renamed TGM_TgMotionCmd later */
-    volatile uint32_t Log_Ctrl; /* @8 -: TGM_LOG bit mask for log output */
-    volatile uint32_t LogInterpolator_Ctrl; /* @12 -: log mask for interpolators */
-    uint32_t Reserve0; /* @16 reserved: unused */
-    uint32_t Reserve1; /* @20 reserved: unused */
-    uint32_t Reserve2; /* @24 reserved: unused */
-    volatile uint32_t PLC_Ctrl; /* @28 -: PLC_CTRL bits: load, reset, pause, error */
-    uint16_t PLC_Name[512]; /* @32 -: UTF-16 PLC file name, all hosts */
-    uint32_t Size_EEPROM_Memory; /* @1056 -, byte: EEPROM area length; 0 stands for 512 */
-    uint32_t Number_Servos; /* @1060 R: servo count from INI */
-    uint32_t Number_Dios; /* @1064 R: DIO count from INI */
-    uint32_t TGMmini_internal_dio_idx; /* @1068 -: DIO index of built-in I/O, TGMmini only */
-    uint32_t Number_Interpolators; /* @1072 R: interpolator count from INI */
-    uint32_t Reserve3; /* @1076 reserved: unused; becomes Implemented_Features in 5.02 */
-    uint32_t Reserve4; /* @1080 reserved: unused */
-    uint32_t Reserve5; /* @1084 reserved: unused */
-    uint32_t Servo_Tick; /* @1088 -: servo cycle counter */
-    uint32_t Servo_SetCycleTime; /* @1092 -, us: configured servo period */
-    uint32_t Servo_CycleTime; /* @1096 -, us: last servo execution time */
-    uint32_t Servo_MaxCycle_Time; /* @1100 -, us: longest servo execution time; unit inferred */
-    uint32_t PLC_SetCycleTime_Prg1; /* @1104 -, us: requested Program_01 period */
-    uint32_t PLC_CycleTime_Prg1; /* @1108 -, us: last Program_01 execution time */
-    uint32_t PLC_MaxCycleTime_Prg1; /* @1112 -, us: longest Program_01 execution time */
-    uint32_t PLC_SetCycleTime_Prg2; /* @1116 -, us: requested Program_02 period */
-    uint32_t PLC_CycleTime_Prg2; /* @1120 -, us: last Program_02 execution time */
-    uint32_t PLC_MaxCycleTime_Prg2; /* @1124 -, us: longest Program_02 execution time */
-    uint32_t PLC_SetCycleTime_Prg3; /* @1128 -, us: requested Program_03 period */
-    uint32_t PLC_CycleTime_Prg3; /* @1132 -, us: last Program_03 execution time */
-    uint32_t PLC_MaxCycleTime_Prg3; /* @1136 -, us: longest Program_03 execution time */
-    uint32_t PLC_SetCycleTime_Prg4; /* @1140 -, us: Program_04 period, same as Servo_SetCycleTime */
-    uint32_t PLC_CycleTime_Prg4; /* @1144 -, us: last Program_04 execution time */
-    uint32_t PLC_MaxCycleTime_Prg4; /* @1148 -, us: longest Program_04 execution time */
-    uint32_t Act_Timer_CycleTime; /* @1152 -, us: measured main loop period */
-    uint32_t Min_Timer_CycleTime; /* @1156 -, us: shortest main loop period; unit inferred */
-    uint32_t Max_Timer_CycleTime; /* @1160 -, us: longest main loop period; unit inferred */
-    uint32_t Max_Timer_Latency; /* @1164 -, us: worst main loop delay; unit inferred */
-    uint32_t Interpolator_SetCycleTime; /* @1168 -, us: configured interpolator period */
-    uint32_t Interpolator_CycleTime[3]; /* @1172 -, us: execution time per interpolator */
-    uint32_t Max_Interpolator_Cycle_Time[3]; /* @1184 -, us: longest execution time per interpolator; unit inferred */
-    uint32_t ECAT_ElapsedTime; /* @1196 -, us: last EtherCAT frame processing time */
-    uint32_t Max_ECAT_ElapsedTime; /* @1200 -, us: longest EtherCAT frame processing time */
-    uint32_t PLC_CAN_BaudRate; /* @1204 -, kbit/s: CAN bit rate for PLC use */
-    uint32_t CAN_Transmit_Buffer_Fullness; /* @1208 -: queued CAN frames: PC 0-1, TGMmini 0-55 */
-    uint32_t TGMmini_CPU_Temperature; /* @1212 -, degC: TGMmini chip temperature; 0 before first measurement */
-    uint32_t SafetyEvent; /* @1216 R: safety code, see SafetyEvent constants */
-    uint32_t SystemTimeDifferenceSum; /* @1220 -: bitwise OR of time differences of DC slaves */
-    uint32_t EthPacketErrorCounter; /* @1224 -: received frame errors */
-    uint32_t EthMaxPacketLenght; /* @1228 -: largest frame length by name; replaced in 5.02 */
-    int64_t MasterClock; /* @1232 -, ns: master time since distributed clock start */
-    int64_t ReferenceClock; /* @1240 -, ns: clock of first DC slave; unit inferred */
-    int64_t MasterClockToReferenceClockDifference; /* @1248 -, ns: MasterClock minus ReferenceClock; unit inferred */
-    int32_t Distributed_Clock; /* @1256 -: configured distributed clock setting */
-    int32_t StateDistributedClock; /* @1260 -: 0 off, 1 on, -1 no DC slave found */
-    uint16_t EtherCatDriver[512]; /* @1264 -: UTF-16 NIC driver name, PC only */
-    uint32_t Found_Total_Number_Of_ECAT_Devices; /* @2288 -: devices discovered on EtherCAT */
-    uint32_t Reserve6; /* @2292 reserved: unused */
-    uint32_t Reserve7; /* @2296 reserved: unused */
-    uint32_t Reserve8; /* @2300 reserved: unused */
-    uint32_t Reserve9; /* @2304 reserved: unused */
-    uint32_t Reserve10; /* @2308 reserved: unused */
-    uint32_t Reserve11; /* @2312 reserved: unused */
-    uint32_t paddingTo64bits; /* @2316 reserved: rounds size to 8 bytes */
+    uint32_t TGMotion_Version; /* @0 R (L5), no unit: program version together with build day, month, year */
+    uint32_t TGM_TgMotionKill; /* @4 RW (L5), no unit: quit request word; renamed TGM_TgMotionCmd later */
+    volatile uint32_t Log_Ctrl; /* @8 RW (L5), no unit: TGM_LOG bit mask for log output */
+    volatile uint32_t LogInterpolator_Ctrl; /* @12 RW (L5), no unit: log mask for interpolators */
+    uint32_t Reserve0; /* @16 reserved, no unit: unused */
+    uint32_t Reserve1; /* @20 reserved, no unit: unused */
+    uint32_t Reserve2; /* @24 reserved, no unit: unused */
+    volatile uint32_t PLC_Ctrl; /* @28 RW (L5), no unit: PLC_CTRL bits: load, reset, pause, error */
+    uint16_t PLC_Name[512]; /* @32 RW (L5), no unit: UTF-16 PLC file name, all hosts */
+    uint32_t Size_EEPROM_Memory; /* @1056 R (L5), byte: EEPROM area length; 0 stands for 512 */
+    uint32_t Number_Servos; /* @1060 R, no unit: servo count from INI */
+    uint32_t Number_Dios; /* @1064 R, no unit: DIO count from INI */
+    uint32_t TGMmini_internal_dio_idx; /* @1068 R (L5), no unit: DIO index of built-in I/O, TGMmini only */
+    uint32_t Number_Interpolators; /* @1072 R, no unit: interpolator count from INI */
+    uint32_t Reserve3; /* @1076 reserved, no unit: unused; becomes Implemented_Features in 5.02 */
+    uint32_t Reserve4; /* @1080 reserved, no unit: unused */
+    uint32_t Reserve5; /* @1084 reserved, no unit: unused */
+    uint32_t Servo_Tick; /* @1088 R (L5), no unit: servo cycle counter */
+    uint32_t Servo_SetCycleTime; /* @1092 R (L5), us: configured servo period */
+    uint32_t Servo_CycleTime; /* @1096 R (L5), us: last servo execution time */
+    uint32_t Servo_MaxCycle_Time; /* @1100 RW (L5), us: longest servo execution time; unit inferred */
+    uint32_t PLC_SetCycleTime_Prg1; /* @1104 R (L5), us: requested Program_01 period */
+    uint32_t PLC_CycleTime_Prg1; /* @1108 R (L5), us: last Program_01 execution time */
+    uint32_t PLC_MaxCycleTime_Prg1; /* @1112 RW (L5), us: longest Program_01 execution time */
+    uint32_t PLC_SetCycleTime_Prg2; /* @1116 R (L5), us: requested Program_02 period */
+    uint32_t PLC_CycleTime_Prg2; /* @1120 R (L5), us: last Program_02 execution time */
+    uint32_t PLC_MaxCycleTime_Prg2; /* @1124 RW (L5), us: longest Program_02 execution time */
+    uint32_t PLC_SetCycleTime_Prg3; /* @1128 R (L5), us: requested Program_03 period */
+    uint32_t PLC_CycleTime_Prg3; /* @1132 R (L5), us: last Program_03 execution time */
+    uint32_t PLC_MaxCycleTime_Prg3; /* @1136 RW (L5), us: longest Program_03 execution time */
+    uint32_t PLC_SetCycleTime_Prg4; /* @1140 R (L5), us: Program_04 period, same as Servo_SetCycleTime */
+    uint32_t PLC_CycleTime_Prg4; /* @1144 R (L5), us: last Program_04 execution time */
+    uint32_t PLC_MaxCycleTime_Prg4; /* @1148 RW (L5), us: longest Program_04 execution time */
+    uint32_t Act_Timer_CycleTime; /* @1152 R (L5), us: measured main loop period */
+    uint32_t Min_Timer_CycleTime; /* @1156 RW (L5), us: shortest main loop period; unit inferred */
+    uint32_t Max_Timer_CycleTime; /* @1160 RW (L5), us: longest main loop period; unit inferred */
+    uint32_t Max_Timer_Latency; /* @1164 RW (L5), us: worst main loop delay; unit inferred */
+    uint32_t Interpolator_SetCycleTime; /* @1168 R (L5), us: configured interpolator period */
+    uint32_t Interpolator_CycleTime[3]; /* @1172 R (L5), us: execution time per interpolator */
+    uint32_t Max_Interpolator_Cycle_Time[3]; /* @1184 RW (L5), us: longest execution time per interpolator; unit inferred */
+    uint32_t ECAT_ElapsedTime; /* @1196 R (L5), us: last EtherCAT frame processing time */
+    uint32_t Max_ECAT_ElapsedTime; /* @1200 RW (L5), us: longest EtherCAT frame processing time */
+    uint32_t PLC_CAN_BaudRate; /* @1204 R (L5), kbit/s: CAN bit rate for PLC use */
+    uint32_t CAN_Transmit_Buffer_Fullness; /* @1208 R (L5), no unit: queued CAN frames: PC 0-1, TGMmini 0-55 */
+    uint32_t TGMmini_CPU_Temperature; /* @1212 R (L5), degC: TGMmini chip temperature; 0 before first measurement */
+    uint32_t SafetyEvent; /* @1216 R, no unit: safety code, see SafetyEvent constants */
+    uint32_t SystemTimeDifferenceSum; /* @1220 R (L5), unit not stated: bitwise OR of time differences of DC slaves */
+    uint32_t EthPacketErrorCounter; /* @1224 R (L5), no unit: received frame errors */
+    uint32_t EthMaxPacketLenght; /* @1228 R (L5), no unit: largest frame length by name; replaced in 5.02 */
+    int64_t MasterClock; /* @1232 R (L5), ns: master time since distributed clock start */
+    int64_t ReferenceClock; /* @1240 R (L5), ns: clock of first DC slave; unit inferred */
+    int64_t MasterClockToReferenceClockDifference; /* @1248 R (L5), ns: MasterClock minus ReferenceClock; unit inferred */
+    int32_t Distributed_Clock; /* @1256 R (L5), no unit: configured distributed clock setting */
+    int32_t StateDistributedClock; /* @1260 R (L5), no unit: 0 off, 1 on, -1 no DC slave found */
+    uint16_t EtherCatDriver[512]; /* @1264 R (L5), no unit: UTF-16 NIC driver name, PC only */
+    uint32_t Found_Total_Number_Of_ECAT_Devices; /* @2288 R (L5), no unit: devices discovered on EtherCAT */
+    uint32_t Reserve6; /* @2292 reserved, no unit: unused */
+    uint32_t Reserve7; /* @2296 reserved, no unit: unused */
+    uint32_t Reserve8; /* @2300 reserved, no unit: unused */
+    uint32_t Reserve9; /* @2304 reserved, no unit: unused */
+    uint32_t Reserve10; /* @2308 reserved, no unit: unused */
+    uint32_t Reserve11; /* @2312 reserved, no unit: unused */
+    uint32_t paddingTo64bits; /* @2316 reserved, no unit: rounds size to 8 bytes */
 } MAIN;
 
 TGM_LAYOUT_OFFSET(MAIN, TGMotion_Version, 0, 0, 0);
@@ -620,8 +798,8 @@ TGM_LAYOUT_SIZE(RESERVE_MAIN, 1776, 1776, 1776);
 
 /* TIMERS: PLC timers of 1 ms; 512 bytes. */
 typedef struct _TIMERS {
-    uint32_t Timer_Up[64]; /* @0 -, ms: free running, increment every 1 ms */
-    uint32_t Timer_Down[64]; /* @256 -, ms: decrement every 1 ms, stop at zero */
+    uint32_t Timer_Up[64]; /* @0 RW (L5), ms: free running, increment every 1 ms */
+    uint32_t Timer_Down[64]; /* @256 RW (L5), ms: decrement every 1 ms, stop at zero */
 } TIMERS;
 
 TGM_LAYOUT_OFFSET(TIMERS, Timer_Up, 0, 0, 0);
@@ -633,9 +811,9 @@ TGM_LAYOUT_SIZE(TIMERS, 512, 512, 512);
 /* CHANNEL: one oscilloscope channel; 16 bytes. */
 typedef struct _CHANNEL {
     uint32_t Offset; /* @0 R, byte: channel data position inside TGM_Oscilloscope */
-    uint32_t Memory_Type_Value; /* @4 RW: enum SHARED_MEMORY; memory of recorded value */
+    uint32_t Memory_Type_Value; /* @4 RW, no unit: enum SHARED_MEMORY; memory of recorded value */
     uint32_t Offset_Value; /* @8 RW, byte: position of recorded value */
-    uint32_t Type_Value; /* @12 RW: enum OSC_DATA_TYPE; recorded data type */
+    uint32_t Type_Value; /* @12 RW, no unit: enum OSC_DATA_TYPE; recorded data type */
 } CHANNEL;
 
 TGM_LAYOUT_OFFSET(CHANNEL, Offset, 0, 0, 0);
@@ -650,20 +828,20 @@ TGM_LAYOUT_SIZE(CHANNEL, 16, 16, 16);
 
 /* OSC: oscilloscope control block; 568 bytes. */
 typedef struct _OSC {
-    volatile int32_t Control; /* @0 RW: 0 stops, nonzero starts; bits in OSC constants */
-    volatile int32_t Status; /* @4 R: 0 idle, 1 recording, 2 awaiting trigger, 4 paused */
-    uint32_t Number_Periods; /* @8 RW: servo cycles per sample */
-    uint32_t Number_Chanels; /* @12 RW: active channels, 1 to 32; spelling as published */
-    uint32_t Memory_Type_Trigger; /* @16 RW: enum SHARED_MEMORY; memory holding trigger value */
+    volatile int32_t Control; /* @0 RW, no unit: 0 stops, nonzero starts; bits in OSC constants */
+    volatile int32_t Status; /* @4 R, no unit: 0 idle, 1 recording, 2 awaiting trigger, 4 paused */
+    uint32_t Number_Periods; /* @8 RW, no unit: servo cycles per sample */
+    uint32_t Number_Chanels; /* @12 RW, no unit: active channels, 1 to 32; spelling as published */
+    uint32_t Memory_Type_Trigger; /* @16 RW, no unit: enum SHARED_MEMORY; memory holding trigger value */
     uint32_t Offset_Trigger; /* @20 RW, byte: trigger value position */
-    uint32_t Mode_Trigger; /* @24 RW: 0 inactive, 1 rising, 2 falling */
-    uint32_t Type_Trigger; /* @28 RW: enum OSC_DATA_TYPE; trigger value type */
-    double Level_Trigger; /* @32 RW: trigger threshold */
-    CHANNEL Channel[32]; /* @40 -: 32 channel definitions */
-    uint32_t Number_Samples; /* @552 R: capacity in samples per channel */
-    uint32_t Actual_Samples; /* @556 R: samples recorded so far */
+    uint32_t Mode_Trigger; /* @24 RW, no unit: 0 inactive, 1 rising, 2 falling */
+    uint32_t Type_Trigger; /* @28 RW, no unit: enum OSC_DATA_TYPE; trigger value type */
+    double Level_Trigger; /* @32 RW, unit not stated: trigger threshold */
+    CHANNEL Channel[32]; /* @40 parts, no unit: 32 channel definitions */
+    uint32_t Number_Samples; /* @552 R, no unit: capacity in samples per channel */
+    uint32_t Actual_Samples; /* @556 R, no unit: samples recorded so far */
     uint32_t Sample_Time; /* @560 R, us: sampling interval: cycle time times Number_Periods */
-    uint32_t Reserved; /* @564 reserved: unused; Trigger_Start_Position in 5.02 */
+    uint32_t Reserved; /* @564 reserved, no unit: unused; Trigger_Start_Position in 5.02 */
 } OSC;
 
 TGM_LAYOUT_OFFSET(OSC, Control, 0, 0, 0);
@@ -698,19 +876,19 @@ TGM_LAYOUT_SIZE(OSC, 568, 568, 568);
 
 /* ECAT_DRIVER: EtherCAT network driver counters; 64 bytes. */
 typedef struct _ECAT_DRIVER {
-    uint32_t bus_id; /* @0 -: PCI bus, from configuration */
-    uint32_t device_id; /* @4 -: PCI device, from configuration */
-    uint32_t function_id; /* @8 -: PCI function, from configuration */
-    uint32_t reserve_id; /* @12 reserved: unused */
-    uint32_t nPacketsSent; /* @16 R: sent packets, host-written */
-    uint32_t nPacketsRecv; /* @20 R: received packets, host-written */
-    uint32_t errRcv; /* @24 R: receive errors */
-    uint32_t errIgnoringPackets; /* @28 R: ignored packet errors */
-    uint32_t errSplitPackets; /* @32 R: split packet errors */
-    uint32_t errFrame; /* @36 R: framing errors */
-    uint32_t errLength; /* @40 R: length errors */
-    uint32_t errTimeStamp; /* @44 R: timestamp errors */
-    uint32_t errReserve[4]; /* @48 reserved: unused */
+    uint32_t bus_id; /* @0 R (L5), no unit: PCI bus, from configuration */
+    uint32_t device_id; /* @4 R (L5), no unit: PCI device, from configuration */
+    uint32_t function_id; /* @8 R (L5), no unit: PCI function, from configuration */
+    uint32_t reserve_id; /* @12 reserved, no unit: unused */
+    uint32_t nPacketsSent; /* @16 R, no unit: sent packets, host-written */
+    uint32_t nPacketsRecv; /* @20 R, no unit: received packets, host-written */
+    uint32_t errRcv; /* @24 R, no unit: receive errors */
+    uint32_t errIgnoringPackets; /* @28 R, no unit: ignored packet errors */
+    uint32_t errSplitPackets; /* @32 R, no unit: split packet errors */
+    uint32_t errFrame; /* @36 R, no unit: framing errors */
+    uint32_t errLength; /* @40 R, no unit: length errors */
+    uint32_t errTimeStamp; /* @44 R, no unit: timestamp errors */
+    uint32_t errReserve[4]; /* @48 reserved, no unit: unused */
 } ECAT_DRIVER;
 
 TGM_LAYOUT_OFFSET(ECAT_DRIVER, bus_id, 0, 0, 0);
@@ -743,8 +921,8 @@ TGM_LAYOUT_SIZE(ECAT_DRIVER, 64, 64, 64);
 
 /* EEPROM_CONTROL: load and store handshake of the persistent area; 8 bytes. */
 typedef struct _EEPROM_CONTROL {
-    uint32_t Control; /* @0 W: 1 load, 2 store */
-    int32_t Status; /* @4 R: 0 ready, 1 busy, -1 failed */
+    uint32_t Control; /* @0 W, no unit: 1 load, 2 store */
+    int32_t Status; /* @4 R, no unit: 0 ready, 1 busy, -1 failed */
 } EEPROM_CONTROL;
 
 TGM_LAYOUT_OFFSET(EEPROM_CONTROL, Control, 0, 0, 0);
@@ -755,8 +933,8 @@ TGM_LAYOUT_SIZE(EEPROM_CONTROL, 8, 8, 8);
 
 /* EEPROM: persistent area; 2760 bytes. */
 typedef struct _EEPROM {
-    EEPROM_CONTROL ctrl; /* @0 -: load and save handshake */
-    int32_t Data[688]; /* @8 -: persistent words, 2752 bytes */
+    EEPROM_CONTROL ctrl; /* @0 parts, no unit: load and save handshake */
+    int32_t Data[688]; /* @8 RW (L5), no unit: persistent words, 2752 bytes */
 } EEPROM;
 
 TGM_LAYOUT_OFFSET(EEPROM, ctrl, 0, 0, 0);
@@ -767,13 +945,13 @@ TGM_LAYOUT_SIZE(EEPROM, 2760, 2760, 2760);
 
 /* SYSTEM: content of TGM_System; 8192 bytes. */
 typedef struct _SYSTEM {
-    HEADER Header; /* @0 -: fixed 128-byte identification block */
-    MAIN Main; /* @128 -: control words, counts, cycle timing */
-    RESERVE_MAIN Reserve_Main; /* @2448 reserved, byte: filler after MAIN */
-    TIMERS Timers; /* @4224 -, ms: 64 up and 64 down counters */
-    OSC Osc; /* @4736 -: oscilloscope registers, start at byte 4736 */
-    ECAT_DRIVER Ecat_Driver[2]; /* @5304 -: NIC driver info, PC only */
-    EEPROM Eeprom; /* @5432 -: persistent area, fills memory to 8192 bytes */
+    HEADER Header; /* @0 parts, no unit: fixed 128-byte identification block */
+    MAIN Main; /* @128 parts, no unit: control words, counts, cycle timing */
+    RESERVE_MAIN Reserve_Main; /* @2448 parts, byte: filler after MAIN */
+    TIMERS Timers; /* @4224 parts, ms: 64 up and 64 down counters */
+    OSC Osc; /* @4736 parts, no unit: oscilloscope registers, start at byte 4736 */
+    ECAT_DRIVER Ecat_Driver[2]; /* @5304 parts, no unit: NIC driver info, PC only */
+    EEPROM Eeprom; /* @5432 parts, no unit: persistent area, fills memory to 8192 bytes */
 } SYSTEM;
 
 TGM_LAYOUT_OFFSET(SYSTEM, Header, 0, 0, 0);
@@ -794,10 +972,10 @@ TGM_LAYOUT_SIZE(SYSTEM, 8192, 8192, 8192);
 
 /* ECAT_REGISTER: raw slave controller register access; 16 bytes. */
 typedef struct _ECAT_REGISTER {
-    uint32_t Control; /* @0 -: enum ECAT_REGISTER_CONTROL; request and state word */
-    uint32_t NumberByte; /* @4 -, byte: 1, 2 or 4; anything else becomes 4 */
-    uint32_t Index; /* @8 -: register address */
-    int32_t Data; /* @12 -: value; 0 on failure */
+    uint32_t Control; /* @0 RW, no unit: enum ECAT_REGISTER_CONTROL; request and state word */
+    uint32_t NumberByte; /* @4 RW, byte: 1, 2 or 4; anything else becomes 4 */
+    uint32_t Index; /* @8 RW, no unit: register address */
+    int32_t Data; /* @12 RW, no unit: value; 0 on failure */
 } ECAT_REGISTER;
 
 TGM_LAYOUT_OFFSET(ECAT_REGISTER, Control, 0, 0, 0);
@@ -812,18 +990,18 @@ TGM_LAYOUT_SIZE(ECAT_REGISTER, 16, 16, 16);
 
 /* PG: profile generator of a servo; 200 bytes. */
 typedef struct _PG {
-    double Acc; /* @0 -, inc/s2: acceleration wanted */
-    double Dec; /* @8 -, inc/s2: deceleration wanted */
-    double APos; /* @16 -, inc: current profile position */
-    double DPos; /* @24 -, inc: target position */
-    double ASpeed; /* @32 -, inc/s: current profile speed */
-    double PosSpeed; /* @40 -, inc/s: speed for positioning */
-    double Speed; /* @48 -, inc/s: speed for speed mode */
-    double DReserve[10]; /* @56 reserved: unused */
-    uint32_t Mode; /* @136 -: 0 speed, 1 position, 2 decelerating (read only) */
-    uint32_t Rdy; /* @140 -: 1 when target reached */
-    uint32_t Type; /* @144 -: ramp shape 0-5, see constants */
-    int32_t IReserve[13]; /* @148 reserved: unused */
+    double Acc; /* @0 RW (L5), inc/s2: acceleration wanted */
+    double Dec; /* @8 RW (L5), inc/s2: deceleration wanted */
+    double APos; /* @16 R (L5), inc: current profile position */
+    double DPos; /* @24 RW (L5), inc: target position */
+    double ASpeed; /* @32 R (L5), inc/s: current profile speed */
+    double PosSpeed; /* @40 RW (L5), inc/s: speed for positioning */
+    double Speed; /* @48 RW (L5), inc/s: speed for speed mode */
+    double DReserve[10]; /* @56 reserved, no unit: unused */
+    uint32_t Mode; /* @136 RW (L5), no unit: 0 speed, 1 position, 2 decelerating (read only) */
+    uint32_t Rdy; /* @140 R (L5), no unit: 1 when target reached */
+    uint32_t Type; /* @144 RW (L5), no unit: ramp shape 0-5, see constants */
+    int32_t IReserve[13]; /* @148 reserved, no unit: unused */
 } PG;
 
 TGM_LAYOUT_OFFSET(PG, Acc, 0, 0, 0);
@@ -854,12 +1032,12 @@ TGM_LAYOUT_SIZE(PG, 200, 200, 200);
 
 /* SDO: SDO transfer handshake; 24 bytes. */
 typedef struct _SDO {
-    uint32_t Control; /* @0 -: 1 write, 2 read, 0 done */
-    int32_t Status; /* @4 -: 0 finished, 1 (positive) busy, -1 failed */
-    uint32_t NumberByte; /* @8 -, byte: transfer length: 1, 2 or 4 */
-    uint32_t Index; /* @12 -: object index */
-    uint32_t SubIndex; /* @16 -: object subindex */
-    int32_t Data; /* @20 -: value, or error code when Status -1 */
+    uint32_t Control; /* @0 RW (L5), no unit: 1 write, 2 read, 0 done */
+    int32_t Status; /* @4 R (L5), no unit: 0 finished, 1 (positive) busy, -1 failed */
+    uint32_t NumberByte; /* @8 RW (L5), byte: transfer length: 1, 2 or 4 */
+    uint32_t Index; /* @12 RW (L5), no unit: object index */
+    uint32_t SubIndex; /* @16 RW (L5), no unit: object subindex */
+    int32_t Data; /* @20 RW (L5), no unit: value, or error code when Status -1 */
 } SDO;
 
 TGM_LAYOUT_OFFSET(SDO, Control, 0, 0, 0);
@@ -878,32 +1056,32 @@ TGM_LAYOUT_SIZE(SDO, 24, 24, 24);
 
 /* GEAR: electronic gear and cam of a servo; 256 bytes. */
 typedef struct _GEAR {
-    double Position; /* @0 -, inc: linear output, or cam pointer */
-    double CamPosition; /* @8 -, inc: cam output */
-    double Offset; /* @16 -, inc: output offset */
-    double Shift; /* @24 -, inc: wanted cam pointer shift */
-    double ActualShift; /* @32 -, inc: present cam pointer shift */
-    double IncShift; /* @40 -, inc/tick: shift change per servo cycle */
-    double IncIn; /* @48 -, inc/tick: ramp of ActualIn per servo cycle */
-    double CamIncPosition; /* @56 -, inc: position increment of incremental cam */
-    double CamScale; /* @64 -: cam scale factor */
-    double DReserve[8]; /* @72 reserved: unused */
-    uint32_t SourceNumber; /* @136 -: master servo index */
-    uint32_t SourcePosition; /* @140 -: 1 WritePosition, 2 Position, 3 servo tick, 4 ExtPosition */
-    uint32_t Mode; /* @144 -: 0 off, 1 linear, 2 cam */
-    int32_t In; /* @148 -: ratio numerator */
-    int32_t Out; /* @152 -: ratio denominator */
-    int32_t ActualIn; /* @156 -: present ratio numerator */
-    uint32_t CamLine; /* @160 -, byte: first cam sample position in cam or data memory */
-    uint32_t CamLen; /* @164 -: cam sample count */
-    uint32_t CamType; /* @168 -: 0 reversible, 1 forward only */
-    uint32_t CamTab; /* @172 -: 0 cam memory, 1 data memory */
-    uint32_t CamExpControl; /* @176 -: bits 0 and 1 enable external cams */
-    uint32_t CamExpLine1; /* @180 -, byte: first sample of external cam 1 */
-    uint32_t CamExpLine2; /* @184 -, byte: first sample of external cam 2 */
-    uint32_t CamExpAddress1; /* @188 -, byte: destination of external cam 1 output */
-    uint32_t CamExpAddress2; /* @192 -, byte: destination of external cam 2 output */
-    int32_t IReserve[15]; /* @196 reserved: unused */
+    double Position; /* @0 R (L5), inc: linear output, or cam pointer */
+    double CamPosition; /* @8 R (L5), inc: cam output */
+    double Offset; /* @16 RW (L5), inc: output offset */
+    double Shift; /* @24 RW (L5), inc: wanted cam pointer shift */
+    double ActualShift; /* @32 R (L5), inc: present cam pointer shift */
+    double IncShift; /* @40 RW (L5), inc/tick: shift change per servo cycle */
+    double IncIn; /* @48 RW (L5), inc/tick: ramp of ActualIn per servo cycle */
+    double CamIncPosition; /* @56 R (L5), inc: position increment of incremental cam */
+    double CamScale; /* @64 RW (L5), no unit: cam scale factor */
+    double DReserve[8]; /* @72 reserved, no unit: unused */
+    uint32_t SourceNumber; /* @136 RW (L5), no unit: master servo index */
+    uint32_t SourcePosition; /* @140 RW (L5), no unit: 1 WritePosition, 2 Position, 3 servo tick, 4 ExtPosition */
+    uint32_t Mode; /* @144 RW (L5), no unit: 0 off, 1 linear, 2 cam */
+    int32_t In; /* @148 RW (L5), no unit: ratio numerator */
+    int32_t Out; /* @152 RW (L5), no unit: ratio denominator */
+    int32_t ActualIn; /* @156 R (L5), no unit: present ratio numerator */
+    uint32_t CamLine; /* @160 RW (L5), byte: first cam sample position in cam or data memory */
+    uint32_t CamLen; /* @164 RW (L5), no unit: cam sample count */
+    uint32_t CamType; /* @168 RW (L5), no unit: 0 reversible, 1 forward only */
+    uint32_t CamTab; /* @172 RW (L5), no unit: 0 cam memory, 1 data memory */
+    uint32_t CamExpControl; /* @176 RW (L5), no unit: bits 0 and 1 enable external cams */
+    uint32_t CamExpLine1; /* @180 RW (L5), byte: first sample of external cam 1 */
+    uint32_t CamExpLine2; /* @184 RW (L5), byte: first sample of external cam 2 */
+    uint32_t CamExpAddress1; /* @188 RW (L5), byte: destination of external cam 1 output */
+    uint32_t CamExpAddress2; /* @192 RW (L5), byte: destination of external cam 2 output */
+    int32_t IReserve[15]; /* @196 reserved, no unit: unused */
 } GEAR;
 
 TGM_LAYOUT_OFFSET(GEAR, Position, 0, 0, 0);
@@ -962,10 +1140,10 @@ TGM_LAYOUT_SIZE(GEAR, 256, 256, 256);
 
 /* MAP_CNC: interpolator axis that drives a servo; 16 bytes. */
 typedef struct _MAP_CNC {
-    uint32_t IntNumber; /* @0 -: interpolator index */
-    uint32_t AxisIndex; /* @4 -: axis within interpolator */
-    int32_t Reserve1; /* @8 reserved: unused */
-    int32_t Reserve2; /* @12 reserved: unused */
+    uint32_t IntNumber; /* @0 RW (L5), no unit: interpolator index */
+    uint32_t AxisIndex; /* @4 RW (L5), no unit: axis within interpolator */
+    int32_t Reserve1; /* @8 reserved, no unit: unused */
+    int32_t Reserve2; /* @12 reserved, no unit: unused */
 } MAP_CNC;
 
 TGM_LAYOUT_OFFSET(MAP_CNC, IntNumber, 0, 0, 0);
@@ -980,19 +1158,19 @@ TGM_LAYOUT_SIZE(MAP_CNC, 16, 16, 16);
 
 /* CAPTURE: position capture of a servo; 128 bytes. */
 typedef struct _CAPTURE {
-    volatile uint32_t Control; /* @0 -: capture control; meaning unpublished */
-    uint32_t Typ_ExtCapture; /* @4 -: external capture kind; meaning unpublished */
-    uint32_t Offset; /* @8 -: meaning unpublished */
-    int32_t IData; /* @12 -: integer result; meaning unpublished */
-    int32_t IReserve[4]; /* @16 reserved: unused */
-    double PPosition; /* @32 -: name suggests position at rising edge; unpublished */
-    double NPosition; /* @40 -: name suggests position at falling edge; unpublished */
-    double PExt_Position; /* @48 -: external position counterpart of PPosition; unpublished */
-    double NExt_Position; /* @56 -: external position counterpart of NPosition; unpublished */
-    double Write_Position; /* @64 -: meaning unpublished */
-    double DData; /* @72 -: floating result; meaning unpublished */
-    double Zero_Position; /* @80 -: meaning unpublished */
-    double DReserve[5]; /* @88 reserved: unused */
+    volatile uint32_t Control; /* @0 RW (L5), no unit: capture control; meaning unpublished */
+    uint32_t Typ_ExtCapture; /* @4 RW (L5), no unit: external capture kind; meaning unpublished */
+    uint32_t Offset; /* @8 RW (L5), no unit: meaning unpublished */
+    int32_t IData; /* @12 RW (L5), unit not stated: integer result; meaning unpublished */
+    int32_t IReserve[4]; /* @16 reserved, no unit: unused */
+    double PPosition; /* @32 RW (L5), unit not stated: name suggests position at rising edge; unpublished */
+    double NPosition; /* @40 RW (L5), unit not stated: name suggests position at falling edge; unpublished */
+    double PExt_Position; /* @48 RW (L5), unit not stated: external position counterpart of PPosition; unpublished */
+    double NExt_Position; /* @56 RW (L5), unit not stated: external position counterpart of NPosition; unpublished */
+    double Write_Position; /* @64 RW (L5), unit not stated: meaning unpublished */
+    double DData; /* @72 RW (L5), unit not stated: floating result; meaning unpublished */
+    double Zero_Position; /* @80 RW (L5), unit not stated: meaning unpublished */
+    double DReserve[5]; /* @88 reserved, no unit: unused */
 } CAPTURE;
 
 TGM_LAYOUT_OFFSET(CAPTURE, Control, 0, 0, 0);
@@ -1025,9 +1203,9 @@ TGM_LAYOUT_SIZE(CAPTURE, 128, 128, 128);
 
 /* COMMAND: simplified commands to PG and GEAR; 128 bytes. */
 typedef struct _COMMAND {
-    volatile int32_t Control; /* @0 -: command 1-7, host returns it to 0 */
-    int32_t Reserve; /* @4 reserved: unused */
-    double Par[15]; /* @8 -: arguments depending on Control */
+    volatile int32_t Control; /* @0 RW (L5), no unit: command 1-7, host returns it to 0 */
+    int32_t Reserve; /* @4 reserved, no unit: unused */
+    double Par[15]; /* @8 RW (L5), unit not stated: arguments depending on Control */
 } COMMAND;
 
 TGM_LAYOUT_OFFSET(COMMAND, Control, 0, 0, 0);
@@ -1040,27 +1218,27 @@ TGM_LAYOUT_SIZE(COMMAND, 128, 128, 128);
 
 /* SERVO: one servo axis (manual: Servo structure); element of TGM_Servo; 2048 bytes. */
 typedef struct _SERVO {
-    uint32_t Number; /* @0 -: logical index */
-    uint32_t Node; /* @4 -: network node */
-    uint32_t Axis; /* @8 -: axis within multi-axis drive */
-    uint32_t Type; /* @12 -: enum SERVO_TYPE; drive family */
-    uint32_t Resolution; /* @16 -, inc/rev: increments per motor turn */
-    int32_t SerialNumber; /* @20 -: drive serial number */
-    volatile uint32_t Control; /* @24 -: bits: reset fault, torque off, bus reset, auto torque */
-    volatile int32_t Status; /* @28 -: -1 comm fault, 0 silent, 1 fault, 2 disabled, 3 enabled */
-    int32_t Mode; /* @32 -: operating mode; only 9 (user) is named */
-    uint32_t Error; /* @36 -: drive fault code */
-    uint32_t EtherCATState; /* @40 -: EtherCAT communication state */
-    uint32_t DigitalIn; /* @44 -: drive digital inputs */
-    uint32_t DigitalOut; /* @48 RW: drive outputs; writing sets them */
-    int32_t TorqueFeedForward; /* @52 -, 0.1% rated torque: torque feed forward */
-    int32_t ControlWord; /* @56 -: mirror of CAN control word */
-    int32_t StatusWord; /* @60 -: mirror of CAN status word */
-    uint32_t SysTimeDifference; /* @64 -, ns: last local versus reference clock deviation */
-    ECAT_REGISTER ecatRegister; /* @68 -: raw EtherCAT register access */
-    uint32_t ECATBusPosition; /* @84 -: discovered bus position */
+    uint32_t Number; /* @0 R (L5), no unit: logical index */
+    uint32_t Node; /* @4 R (L5), no unit: network node */
+    uint32_t Axis; /* @8 R (L5), no unit: axis within multi-axis drive */
+    uint32_t Type; /* @12 R (L5), no unit: enum SERVO_TYPE; drive family */
+    uint32_t Resolution; /* @16 R (L5), inc/rev: increments per motor turn */
+    int32_t SerialNumber; /* @20 R (L5), no unit: drive serial number */
+    volatile uint32_t Control; /* @24 W, no unit: bits: reset fault, torque off, bus reset, auto torque */
+    volatile int32_t Status; /* @28 R, no unit: -1 comm fault, 0 silent, 1 fault, 2 disabled, 3 enabled */
+    int32_t Mode; /* @32 RW, no unit: operating mode; only 9 (user) is named */
+    uint32_t Error; /* @36 R, no unit: drive fault code */
+    uint32_t EtherCATState; /* @40 R, no unit: EtherCAT communication state */
+    uint32_t DigitalIn; /* @44 R, no unit: drive digital inputs */
+    uint32_t DigitalOut; /* @48 RW, no unit: drive outputs; writing sets them */
+    int32_t TorqueFeedForward; /* @52 RW (L5), 0.1% rated torque: torque feed forward */
+    int32_t ControlWord; /* @56 R, no unit: mirror of CAN control word */
+    int32_t StatusWord; /* @60 R, no unit: mirror of CAN status word */
+    uint32_t SysTimeDifference; /* @64 R, ns: last local versus reference clock deviation */
+    ECAT_REGISTER ecatRegister; /* @68 parts, no unit: raw EtherCAT register access */
+    uint32_t ECATBusPosition; /* @84 R, no unit: discovered bus position */
     uint32_t ResolutionBits; /* @88 R, bit: resolution as power of two */
-    int32_t IReserve[93]; /* @92 reserved: unused */
+    int32_t IReserve[93]; /* @92 reserved, no unit: unused */
     double WritePosition; /* @464 RW, inc: commanded position */
     double Position; /* @472 R, inc: measured position */
     double RefPosition; /* @480 R, inc: measured position including shift */
@@ -1076,14 +1254,14 @@ typedef struct _SERVO {
     double AnalogIn; /* @560 R, inc: analog input, scale by drive type */
     double WriteAcc; /* @568 R, inc/s2: commanded acceleration */
     double AccMaxTorqueFeedForward; /* @576 W, inc/s2: acceleration giving full feed forward */
-    double TransformedPosition; /* @584 -: source for WritePosition when Mode is 9 */
-    double DReserve[88]; /* @592 reserved: unused */
-    PG Pg; /* @1296 -: profile generator */
-    SDO Sdo; /* @1496 -: SDO mailbox */
-    GEAR Gear; /* @1520 -: gear and cam generator */
-    MAP_CNC Cnc; /* @1776 -: interpolator axis mapping */
-    CAPTURE Capture; /* @1792 -: position capture */
-    COMMAND Command; /* @1920 -: simplified PG and gear commands */
+    double TransformedPosition; /* @584 W, inc: source for WritePosition when Mode is 9 */
+    double DReserve[88]; /* @592 reserved, no unit: unused */
+    PG Pg; /* @1296 parts, no unit: profile generator */
+    SDO Sdo; /* @1496 parts, no unit: SDO mailbox */
+    GEAR Gear; /* @1520 parts, no unit: gear and cam generator */
+    MAP_CNC Cnc; /* @1776 parts, no unit: interpolator axis mapping */
+    CAPTURE Capture; /* @1792 parts, no unit: position capture */
+    COMMAND Command; /* @1920 parts, no unit: simplified PG and gear commands */
 } SERVO;
 
 TGM_LAYOUT_OFFSET(SERVO, Number, 0, 0, 0);
@@ -1178,36 +1356,36 @@ TGM_LAYOUT_SIZE(SERVO, 2048, 2048, 2048);
 
 /* DIO: one digital I/O unit (manual: I/O structure); element of TGM_Dio; 2048 bytes. */
 typedef struct _DIO {
-    uint32_t Number; /* @0 -: logical module index */
-    uint32_t Node; /* @4 -: address set on module */
-    uint32_t Type; /* @8 R: enum DIO_TYPE; detected module kind, set by host */
-    volatile uint32_t Control; /* @12 -: bit 0 clears fault, bit 2 forces TGMmini reset */
-    volatile uint32_t Status; /* @16 -: 0 no communication, 1 operational */
-    uint32_t Error; /* @20 -: first detected fault code */
-    uint32_t NumberIn; /* @24 -, byte: input bytes used */
-    uint32_t In[16]; /* @28 -: inputs, 32 bits per word, 512 total */
-    uint32_t NumberOut; /* @92 -, byte: output bytes used */
-    uint32_t Out[16]; /* @96 -: outputs, 32 bits per word, 512 total */
-    uint32_t NumberAI; /* @160 -: analog inputs present */
-    int32_t AI[16]; /* @164 -: analog input values */
-    uint32_t NumberAO; /* @228 -: analog outputs present */
-    int32_t AO[16]; /* @232 -: analog output values */
-    uint32_t Number_MeasureAmpl; /* @296 -: strain gauges present */
-    int32_t Ext_MeasureAmpl[8]; /* @300 -: strain gauge values */
-    uint32_t EtherCATState; /* @332 -: 1 Init, 2 PreOp, 4 SafeOp, 8 Op */
-    SDO Sdo; /* @336 -: SDO mailbox */
-    int32_t sdoResponseTries; /* @360 -: failed SDO requests from PLC */
-    uint8_t RxBuffer[32]; /* @364 -, byte: serial terminal receive ring */
-    uint8_t TxBuffer[32]; /* @396 -, byte: serial terminal transmit ring */
-    int32_t TS_Data[8]; /* @428 -: type specific, not in use */
-    uint32_t SysTimeDifference; /* @460 -, ns: last local versus reference clock deviation */
-    ECAT_REGISTER ecatRegister; /* @464 -: raw EtherCAT register access */
-    uint32_t ECATBusPosition; /* @480 -: bus position */
+    uint32_t Number; /* @0 R (L5), no unit: logical module index */
+    uint32_t Node; /* @4 R (L5), no unit: address set on module */
+    uint32_t Type; /* @8 R, no unit: enum DIO_TYPE; detected module kind, set by host */
+    volatile uint32_t Control; /* @12 RW (L5), no unit: bit 0 clears fault, bit 2 forces TGMmini reset */
+    volatile uint32_t Status; /* @16 R (L5), no unit: 0 no communication, 1 operational */
+    uint32_t Error; /* @20 R (L5), no unit: first detected fault code */
+    uint32_t NumberIn; /* @24 R (L5), byte: input bytes used */
+    uint32_t In[16]; /* @28 R (L5), no unit: inputs, 32 bits per word, 512 total */
+    uint32_t NumberOut; /* @92 R (L5), byte: output bytes used */
+    uint32_t Out[16]; /* @96 RW (L5), no unit: outputs, 32 bits per word, 512 total */
+    uint32_t NumberAI; /* @160 R (L5), no unit: analog inputs present */
+    int32_t AI[16]; /* @164 R (L5), unit not stated: analog input values */
+    uint32_t NumberAO; /* @228 R (L5), no unit: analog outputs present */
+    int32_t AO[16]; /* @232 RW (L5), unit not stated: analog output values */
+    uint32_t Number_MeasureAmpl; /* @296 R (L5), no unit: strain gauges present */
+    int32_t Ext_MeasureAmpl[8]; /* @300 R (L5), unit not stated: strain gauge values */
+    uint32_t EtherCATState; /* @332 R (L5), no unit: 1 Init, 2 PreOp, 4 SafeOp, 8 Op */
+    SDO Sdo; /* @336 parts, no unit: SDO mailbox */
+    int32_t sdoResponseTries; /* @360 R (L5), no unit: failed SDO requests from PLC */
+    uint8_t RxBuffer[32]; /* @364 R (L5), byte: serial terminal receive ring */
+    uint8_t TxBuffer[32]; /* @396 RW (L5), byte: serial terminal transmit ring */
+    int32_t TS_Data[8]; /* @428 R (L5), no unit: type specific, not in use */
+    uint32_t SysTimeDifference; /* @460 R (L5), ns: last local versus reference clock deviation */
+    ECAT_REGISTER ecatRegister; /* @464 parts, no unit: raw EtherCAT register access */
+    uint32_t ECATBusPosition; /* @480 R (L5), no unit: bus position */
     volatile uint32_t RxPointerWrite; /* @484 R, byte: ring index advanced by host */
     volatile uint32_t RxPointerRead; /* @488 W, byte: ring index advanced by PLC */
     volatile uint32_t TxPointerWrite; /* @492 W, byte: ring index advanced by PLC */
     volatile uint32_t TxPointerRead; /* @496 R, byte: ring index advanced by host */
-    int32_t IReserve1[387]; /* @500 reserved: unused */
+    int32_t IReserve1[387]; /* @500 reserved, no unit: unused */
 } DIO;
 
 TGM_LAYOUT_OFFSET(DIO, Number, 0, 0, 0);
@@ -1274,12 +1452,12 @@ TGM_LAYOUT_SIZE(DIO, 2048, 2048, 2048);
 
 /* EXT_SDO: SDO transfer of up to 128 bytes; 148 bytes. */
 typedef struct _EXT_SDO {
-    uint32_t Control; /* @0 -: enum EXT_SDO_CONTROL; volatile; 0 ready, 1 write, 2 read */
-    int32_t Status; /* @4 -: enum EXT_SDO_STATUS; volatile; 0 done, 1 busy, -1 failed */
-    uint32_t NumberByte; /* @8 -, byte: transfer length, 1-128 */
-    uint32_t Index; /* @12 -: object index */
-    uint32_t SubIndex; /* @16 -: object subindex */
-    uint32_t Data[32]; /* @20 -: payload; first word error code on failure */
+    uint32_t Control; /* @0 RW (L5), no unit: enum EXT_SDO_CONTROL; volatile; 0 ready, 1 write, 2 read */
+    int32_t Status; /* @4 R (L5), no unit: enum EXT_SDO_STATUS; volatile; 0 done, 1 busy, -1 failed */
+    uint32_t NumberByte; /* @8 RW (L5), byte: transfer length, 1-128 */
+    uint32_t Index; /* @12 RW (L5), no unit: object index */
+    uint32_t SubIndex; /* @16 RW (L5), no unit: object subindex */
+    uint32_t Data[32]; /* @20 RW (L5), no unit: payload; first word error code on failure */
 } EXT_SDO;
 
 TGM_LAYOUT_OFFSET(EXT_SDO, Control, 0, 0, 0);
@@ -1298,33 +1476,33 @@ TGM_LAYOUT_SIZE(EXT_SDO, 148, 148, 148);
 
 /* GENERAL_DEVICE: one EtherCAT device that the PLC configures itself; 1024 bytes. */
 typedef struct _GENERAL_DEVICE {
-    uint32_t VendorID; /* @0 R: set by host at bus scan */
-    uint32_t ProductID; /* @4 R: set by host at bus scan */
-    uint32_t DeviceIndex; /* @8 -: own array position */
-    int32_t EtherCATState; /* @12 -: device EtherCAT state */
-    uint32_t Control; /* @16 RW: enum ECAT_REGISTER_CONTROL; register request; PLC clears error 3 */
-    uint32_t NumberByte; /* @20 -, byte: register transfer length, 1-256 */
-    uint32_t RegisterIndex; /* @24 -: register address */
-    uint32_t Data[64]; /* @28 -: register data; 0 on failure */
-    uint32_t ECATBusPosition; /* @284 -: bus position */
-    uint32_t bUseLRW; /* @288 -: option bits; upper 16 bits divide PDO rate */
-    uint32_t logicalReadWriteAddress; /* @292 RW: LRW address; host default, PLC may override */
-    uint32_t logicalReadAddress; /* @296 RW: LRD address; host default, PLC may override */
-    uint32_t logicalWriteAddress; /* @300 RW: LWR address; host default, PLC may override */
+    uint32_t VendorID; /* @0 R, no unit: set by host at bus scan */
+    uint32_t ProductID; /* @4 R, no unit: set by host at bus scan */
+    uint32_t DeviceIndex; /* @8 R, no unit: own array position */
+    int32_t EtherCATState; /* @12 R, no unit: device EtherCAT state */
+    uint32_t Control; /* @16 RW, no unit: enum ECAT_REGISTER_CONTROL; register request; PLC clears error 3 */
+    uint32_t NumberByte; /* @20 RW (L5), byte: register transfer length, 1-256 */
+    uint32_t RegisterIndex; /* @24 RW (L5), no unit: register address */
+    uint32_t Data[64]; /* @28 RW (L5), no unit: register data; 0 on failure */
+    uint32_t ECATBusPosition; /* @284 R (L5), no unit: bus position */
+    uint32_t bUseLRW; /* @288 RW (L5), no unit: option bits; upper 16 bits divide PDO rate */
+    uint32_t logicalReadWriteAddress; /* @292 RW, no unit: LRW address; host default, PLC may override */
+    uint32_t logicalReadAddress; /* @296 RW, no unit: LRD address; host default, PLC may override */
+    uint32_t logicalWriteAddress; /* @300 RW, no unit: LWR address; host default, PLC may override */
     uint32_t mailBoxSize; /* @304 W, byte: both mailboxes; PLC sets before SDO use */
-    uint32_t mailBoxOutAddress; /* @308 W: PLC sets before SDO use */
-    uint32_t mailBoxInAddress; /* @312 W: PLC sets before SDO use */
-    uint32_t smOutputsAddress; /* @316 W: PLC sets before bus commands */
-    uint32_t smInputsAddress; /* @320 W: PLC sets before bus commands */
-    EXT_SDO CompleteSDO; /* @324 -: SDO channel up to 128 bytes */
-    uint32_t userValue; /* @472 RW: free for PLC, host ignores it */
-    uint32_t reserved2[4]; /* @476 reserved: unused; space reused by 5.02 locks */
-    uint32_t read_write_wkc; /* @492 -: working counter with LRW; 3 means success */
-    uint32_t read_wkc; /* @496 -: working counter of separate read */
-    uint32_t write_wkc; /* @500 -: working counter of separate write */
-    uint32_t User_PDO_Output_Size; /* @504 -, byte: output PDO length */
+    uint32_t mailBoxOutAddress; /* @308 W, no unit: PLC sets before SDO use */
+    uint32_t mailBoxInAddress; /* @312 W, no unit: PLC sets before SDO use */
+    uint32_t smOutputsAddress; /* @316 W, no unit: PLC sets before bus commands */
+    uint32_t smInputsAddress; /* @320 W, no unit: PLC sets before bus commands */
+    EXT_SDO CompleteSDO; /* @324 parts, no unit: SDO channel up to 128 bytes */
+    uint32_t userValue; /* @472 RW, no unit: free for PLC, host ignores it */
+    uint32_t reserved2[4]; /* @476 reserved, no unit: unused; space reused by 5.02 locks */
+    uint32_t read_write_wkc; /* @492 R (L5), no unit: working counter with LRW; 3 means success */
+    uint32_t read_wkc; /* @496 R (L5), no unit: working counter of separate read */
+    uint32_t write_wkc; /* @500 R (L5), no unit: working counter of separate write */
+    uint32_t User_PDO_Output_Size; /* @504 RW (L5), byte: output PDO length */
     uint8_t User_PDO_Output[256]; /* @508 W, byte: output process data, master to slave */
-    uint32_t User_PDO_Input_Size; /* @764 -, byte: input PDO length */
+    uint32_t User_PDO_Input_Size; /* @764 RW (L5), byte: input PDO length */
     uint8_t User_PDO_Input[256]; /* @768 R, byte: input process data, slave to master */
 } GENERAL_DEVICE;
 
@@ -1388,7 +1566,7 @@ TGM_LAYOUT_SIZE(GENERAL_DEVICE, 1024, 1024, 1024);
 
 /* GENERAL_MEMORY: content of TGM_General; 16384 bytes. */
 typedef struct _GENERAL_MEMORY {
-    GENERAL_DEVICE general_devices[16]; /* @0 -: sixteen devices fully configured by PLC */
+    GENERAL_DEVICE general_devices[16]; /* @0 parts, no unit: sixteen devices fully configured by PLC */
 } GENERAL_MEMORY;
 
 TGM_LAYOUT_OFFSET(GENERAL_MEMORY, general_devices, 0, 0, 0);
@@ -1397,8 +1575,8 @@ TGM_LAYOUT_SIZE(GENERAL_MEMORY, 16384, 16384, 16384);
 
 /* CONT_MFUNC_HISTORY: latest continuous M functions; 36 bytes. */
 typedef struct _CONT_MFUNC_HISTORY {
-    uint32_t lastValidEntry; /* @0 -: newest index; host increments */
-    uint32_t mFuncs[8]; /* @4 RW: host writes, PLC reads and may zero */
+    uint32_t lastValidEntry; /* @0 R (L5), no unit: newest index; host increments */
+    uint32_t mFuncs[8]; /* @4 RW, no unit: host writes, PLC reads and may zero */
 } CONT_MFUNC_HISTORY;
 
 TGM_LAYOUT_OFFSET(CONT_MFUNC_HISTORY, lastValidEntry, 0, 0, 0);
@@ -1409,21 +1587,21 @@ TGM_LAYOUT_SIZE(CONT_MFUNC_HISTORY, 36, 36, 36);
 
 /* INTERPOLATOR_LOOK_AHEAD_ENTRY: one part of the trajectory ahead; 360 bytes. */
 typedef struct _INTERPOLATOR_LOOK_AHEAD_ENTRY {
-    double allParams[26]; /* @0 R: part parameters A-Z */
+    double allParams[26]; /* @0 R, unit not stated: part parameters A-Z */
     double tangens; /* @208 R, rad: motion tangent; above 1e38 for M */
-    uint32_t movementType; /* @216 R: 0 invalid, 1 G, 2 M */
-    int32_t movementCode; /* @220 R: G or M number */
-    uint32_t plane; /* @224 R: 17 XY, 18 XZ, 19 YZ */
-    uint32_t tool; /* @228 R: tool number */
+    uint32_t movementType; /* @216 R, no unit: 0 invalid, 1 G, 2 M */
+    int32_t movementCode; /* @220 R, no unit: G or M number */
+    uint32_t plane; /* @224 R, no unit: 17 XY, 18 XZ, 19 YZ */
+    uint32_t tool; /* @228 R, no unit: tool number */
     double endPos[10]; /* @232 R, mm: absolute end coordinates */
     double startAngle; /* @312 R, deg: arc start; above 1e38 when not arc */
     double endAngle; /* @320 R, deg: arc end; above 1e38 when not arc */
     double radius; /* @328 R, mm: arc radius, otherwise 0 */
-    double partLength; /* @336 R: part length */
-    int32_t gCodeIndex; /* @344 R: G-code index */
-    uint32_t editorLine; /* @348 R: source line */
-    int32_t fileIdx; /* @352 R: source file number */
-    uint32_t correction; /* @356 R: 41 left, 42 right, otherwise none */
+    double partLength; /* @336 R, unit not stated: part length */
+    int32_t gCodeIndex; /* @344 R, no unit: G-code index */
+    uint32_t editorLine; /* @348 R, no unit: source line */
+    int32_t fileIdx; /* @352 R, no unit: source file number */
+    uint32_t correction; /* @356 R, no unit: 41 left, 42 right, otherwise none */
 } INTERPOLATOR_LOOK_AHEAD_ENTRY;
 
 TGM_LAYOUT_OFFSET(INTERPOLATOR_LOOK_AHEAD_ENTRY, allParams, 0, 0, 0);
@@ -1460,8 +1638,8 @@ TGM_LAYOUT_SIZE(INTERPOLATOR_LOOK_AHEAD_ENTRY, 360, 360, 360);
 
 /* INTERPOLATOR_LOOK_AHEAD_BUFFER: look-ahead item with its filler; 1792 bytes. */
 typedef struct _INTERPOLATOR_LOOK_AHEAD_BUFFER {
-    INTERPOLATOR_LOOK_AHEAD_ENTRY buf; /* @0 R: part description */
-    double allReserves[179]; /* @360 reserved: filler to 1792 bytes */
+    INTERPOLATOR_LOOK_AHEAD_ENTRY buf; /* @0 parts, no unit: part description */
+    double allReserves[179]; /* @360 reserved, no unit: filler to 1792 bytes */
 } INTERPOLATOR_LOOK_AHEAD_BUFFER;
 
 TGM_LAYOUT_OFFSET(INTERPOLATOR_LOOK_AHEAD_BUFFER, buf, 0, 0, 0);
@@ -1472,26 +1650,26 @@ TGM_LAYOUT_SIZE(INTERPOLATOR_LOOK_AHEAD_BUFFER, 1792, 1792, 1792);
 
 /* INTERPOLATOR: one interpolator; element of TGM_Interpolator; 16384 bytes. */
 typedef struct _INTERPOLATOR {
-    uint32_t Number; /* @0 R: interpolator index */
-    uint32_t Number_Axes; /* @4 RW: axes used, at most 10 */
+    uint32_t Number; /* @0 R, no unit: interpolator index */
+    uint32_t Number_Axes; /* @4 RW, no unit: axes used, at most 10 */
     uint32_t Buffer_Size; /* @8 R, item: command buffer capacity */
-    int32_t Command; /* @12 RW: enum INTERPOLATOR_COMMANDS; volatile; PLC request, see constants */
-    int32_t Command_Parametr[12]; /* @16 RW: 12 integer arguments of Command */
-    int32_t Command_Status; /* @64 R: 0 done, 1 running, -1 error */
-    uint32_t Status; /* @68 R: enum interpolator_status; volatile; motion state */
-    volatile int32_t Act_Part; /* @72 R: running part number */
+    int32_t Command; /* @12 RW, no unit: enum INTERPOLATOR_COMMANDS; volatile; PLC request, see constants */
+    int32_t Command_Parametr[12]; /* @16 RW, no unit: 12 integer arguments of Command */
+    int32_t Command_Status; /* @64 R, no unit: 0 done, 1 running, -1 error */
+    uint32_t Status; /* @68 R, no unit: enum interpolator_status; volatile; motion state */
+    volatile int32_t Act_Part; /* @72 R, no unit: running part number */
     uint32_t Adrress_External_Position; /* @76 RW, byte: sensor position location inside TGM_Data */
-    volatile int32_t M_Func; /* @80 RW: pending M-function; PLC zeroes to continue when <1000 */
-    int32_t Act_GFunc; /* @84 R: running G-function */
-    int32_t Act_MFunc; /* @88 R: running M-function */
-    int32_t Last_ContMFunc; /* @92 R: latest continuous M-function (over 1000) */
-    uint32_t Run_Flag; /* @96 R: low half part state, high half speed phase */
-    uint32_t Tool_Number; /* @100 R: active tool */
-    CONT_MFUNC_HISTORY Cont_MFunc_History; /* @104 -: ring of continuous M-functions */
-    uint32_t editorLine; /* @140 -: source line in execution */
-    int32_t fileIdx; /* @144 -: source file number, negative for internal */
-    uint32_t correction; /* @148 -: 41 left, 42 right, otherwise none */
-    int32_t IReserve[56]; /* @152 reserved: unused */
+    volatile int32_t M_Func; /* @80 RW, no unit: pending M-function; PLC zeroes to continue when <1000 */
+    int32_t Act_GFunc; /* @84 R, no unit: running G-function */
+    int32_t Act_MFunc; /* @88 R, no unit: running M-function */
+    int32_t Last_ContMFunc; /* @92 R, no unit: latest continuous M-function (over 1000) */
+    uint32_t Run_Flag; /* @96 R, no unit: low half part state, high half speed phase */
+    uint32_t Tool_Number; /* @100 R, no unit: active tool */
+    CONT_MFUNC_HISTORY Cont_MFunc_History; /* @104 parts, no unit: ring of continuous M-functions */
+    uint32_t editorLine; /* @140 R, no unit: source line in execution */
+    int32_t fileIdx; /* @144 R, no unit: source file number, negative for internal */
+    uint32_t correction; /* @148 R, no unit: 41 left, 42 right, otherwise none */
+    int32_t IReserve[56]; /* @152 reserved, no unit: unused */
     double Orig_Position[10]; /* @376 R, mm: unfiltered coordinates */
     double Position[10]; /* @456 R, mm: coordinates after IIR and spline */
     double PositionInc[10]; /* @536 R, inc: Position times Ratio */
@@ -1499,16 +1677,16 @@ typedef struct _INTERPOLATOR {
     double Offset[10]; /* @696 RW, inc: added to PositionInc */
     double Speed[10]; /* @776 R, mm/s: axis speed after filters */
     double Ratio[10]; /* @856 RW, inc/mm: axis conversion factor */
-    double M_Function_Parameter[26]; /* @936 R: M-function arguments A-Z; G, M, N, P reserved */
-    double M_Func_Params_Reserved[6]; /* @1144 reserved: unused */
-    double Rel_Speed; /* @1192 RW: speed override factor 0.01 to 2 */
+    double M_Function_Parameter[26]; /* @936 R, unit not stated: M-function arguments A-Z; G, M, N, P reserved */
+    double M_Func_Params_Reserved[6]; /* @1144 reserved, no unit: unused */
+    double Rel_Speed; /* @1192 RW, no unit: speed override factor 0.01 to 2 */
     double Set_Speed; /* @1200 R, mm/min: programmed speed */
     double Act_Speed; /* @1208 R, mm/min: present path speed */
     double Move_Distance; /* @1216 R, mm: travelled path length */
-    double DReserve[102]; /* @1224 reserved: unused */
-    uint32_t LookAheadBufferValidStart; /* @2040 -: index of first valid look-ahead item, wraps */
-    uint32_t LookAheadBufferValidEnd; /* @2044 -: index of last valid look-ahead item */
-    INTERPOLATOR_LOOK_AHEAD_BUFFER LookAheadBuffer[8]; /* @2048 R: current part plus seven following */
+    double DReserve[102]; /* @1224 reserved, no unit: unused */
+    uint32_t LookAheadBufferValidStart; /* @2040 R, no unit: index of first valid look-ahead item, wraps */
+    uint32_t LookAheadBufferValidEnd; /* @2044 R, no unit: index of last valid look-ahead item */
+    INTERPOLATOR_LOOK_AHEAD_BUFFER LookAheadBuffer[8]; /* @2048 parts, no unit: current part plus seven following */
 } INTERPOLATOR;
 
 TGM_LAYOUT_OFFSET(INTERPOLATOR, Number, 0, 0, 0);
@@ -1589,9 +1767,9 @@ TGM_LAYOUT_SIZE(INTERPOLATOR, 16384, 16384, 16384);
 
 /* RECEIVE_DATA_CAN: one received CAN telegram; 16 bytes. */
 typedef struct _RECEIVE_DATA_CAN {
-    uint8_t DataBytes[8]; /* @0 -, byte: payload */
-    uint32_t Dlc; /* @8 -, byte: payload length 0-8 */
-    uint32_t NewData; /* @12 -: set when frame is new */
+    uint8_t DataBytes[8]; /* @0 R, byte: payload of the telegram */
+    uint32_t Dlc; /* @8 R, byte: payload length 0-8 */
+    uint32_t NewData; /* @12 R, no unit: set when frame is new */
 } RECEIVE_DATA_CAN;
 
 TGM_LAYOUT_OFFSET(RECEIVE_DATA_CAN, DataBytes, 0, 0, 0);
@@ -1604,10 +1782,10 @@ TGM_LAYOUT_SIZE(RECEIVE_DATA_CAN, 16, 16, 16);
 
 /* PLC_IMPORT_FUNCTIONS: diagnostic functions of TG Motion (manual: Definition of diagnostic functions); 32 bytes. */
 typedef struct _PLC_IMPORT_FUNCTIONS {
-    RTWPRINTF_STRING_SEVERITY *pRtWprintf_String_Severity; /* @0 -: prints finished text with source and severity */
-    SLEEPFT *pSleepFt; /* @8 -: waits, 100 ns units; forbidden in Program_04 */
-    CAN_TRANSMIT *pCAN_Transmit; /* @16 -: sends CAN data frame */
-    CAN_TRANSMITREMOTE *pCAN_TransmitRemote; /* @24 -: sends CAN remote frame */
+    RTWPRINTF_STRING_SEVERITY *pRtWprintf_String_Severity; /* @0 R (L5), no unit: prints finished text with source and severity */
+    SLEEPFT *pSleepFt; /* @8 R (L5), no unit: waits, 100 ns units; forbidden in Program_04 */
+    CAN_TRANSMIT *pCAN_Transmit; /* @16 R (L5), no unit: sends CAN data frame */
+    CAN_TRANSMITREMOTE *pCAN_TransmitRemote; /* @24 R (L5), no unit: sends CAN remote frame */
 } PLC_IMPORT_FUNCTIONS;
 
 TGM_LAYOUT_OFFSET(PLC_IMPORT_FUNCTIONS, pRtWprintf_String_Severity, 0, 0, 0);
@@ -1618,24 +1796,24 @@ TGM_LAYOUT_SIZE(PLC_IMPORT_FUNCTIONS, 32, 16, 16);
 
 /* PLC_DATA: what every entry function is handed, one instance per function (manual: PLC_DATA structure); 168 bytes. */
 typedef struct _PLC_DATA {
-    size_t structSize; /* @0 -, byte: size of whole structure */
-    SYSTEM *pSystem_Memory; /* @8 -: to SYSTEM */
-    void *pData_Memory; /* @16 -: to TGM_Data */
-    void *pOsc_Memory; /* @24 -: to TGM_Oscilloscope */
-    void *pCam_Memory; /* @32 -: to TGM_Cam_Profile */
-    SERVO *pServo_Memory; /* @40 -: to SERVO array */
-    DIO *pDio_Memory; /* @48 -: to DIO array */
-    INTERPOLATOR *pInterpolator_Memory; /* @56 -: to INTERPOLATOR array */
-    void *reserved0; /* @64 reserved: unused pointer slot */
-    void *pInterpolatorGetPosition; /* @72 -: to InterpolatorReadMemory */
-    void *pCNCExMemory; /* @80 -: to TGM_CNC_MEMORY, untyped */
-    void *reserved2; /* @88 reserved: unused pointer slot */
-    void *reserved3; /* @96 reserved: unused pointer slot */
-    GENERAL_MEMORY *pGeneralMemory; /* @104 -: to GENERAL_MEMORY */
-    void *reserved4; /* @112 reserved: unused pointer slot */
-    const RECEIVE_DATA_CAN *pReciveDataCan1; /* @120 -: to 2048 RECEIVE_DATA_CAN; read-only target; may be null */
-    void *reserved5; /* @128 reserved: unused pointer slot; pGetFunctionOrInfo in 5.02 */
-    PLC_IMPORT_FUNCTIONS functions; /* @136 -: host service table, embedded */
+    size_t structSize; /* @0 R (L5), byte: size of whole structure */
+    SYSTEM *pSystem_Memory; /* @8 R (L5), no unit: to SYSTEM */
+    void *pData_Memory; /* @16 R (L5), no unit: to TGM_Data */
+    void *pOsc_Memory; /* @24 R (L5), no unit: to TGM_Oscilloscope */
+    void *pCam_Memory; /* @32 R (L5), no unit: to TGM_Cam_Profile */
+    SERVO *pServo_Memory; /* @40 R (L5), no unit: to SERVO array */
+    DIO *pDio_Memory; /* @48 R (L5), no unit: to DIO array */
+    INTERPOLATOR *pInterpolator_Memory; /* @56 R (L5), no unit: to INTERPOLATOR array */
+    void *reserved0; /* @64 reserved, no unit: unused pointer slot */
+    void *pInterpolatorGetPosition; /* @72 R (L5), no unit: to InterpolatorReadMemory */
+    void *pCNCExMemory; /* @80 R (L5), no unit: to TGM_CNC_MEMORY, untyped */
+    void *reserved2; /* @88 reserved, no unit: unused pointer slot */
+    void *reserved3; /* @96 reserved, no unit: unused pointer slot */
+    GENERAL_MEMORY *pGeneralMemory; /* @104 R (L5), no unit: to GENERAL_MEMORY */
+    void *reserved4; /* @112 reserved, no unit: unused pointer slot */
+    const RECEIVE_DATA_CAN *pReciveDataCan1; /* @120 R (L5), no unit: to 2048 RECEIVE_DATA_CAN; read-only target; may be null */
+    void *reserved5; /* @128 reserved, no unit: unused pointer slot; pGetFunctionOrInfo in 5.02 */
+    PLC_IMPORT_FUNCTIONS functions; /* @136 parts, no unit: host service table, embedded */
 } PLC_DATA;
 
 TGM_LAYOUT_OFFSET(PLC_DATA, structSize, 0, 0, 0);
@@ -1661,7 +1839,7 @@ TGM_LAYOUT_SIZE(PLC_DATA, 168, 84, 84);
 
 /* PLC_LARGE_INTEGER: 64-bit number; 8 bytes. */
 typedef struct _PLC_LARGE_INTEGER {
-    int64_t QuadPart; /* @0 -: 64-bit value; sleep uses 100 ns units */
+    int64_t QuadPart; /* @0 RW (L5), no unit: 64-bit value; sleep uses 100 ns units */
 } PLC_LARGE_INTEGER;
 
 TGM_LAYOUT_OFFSET(PLC_LARGE_INTEGER, QuadPart, 0, 0, 0);
@@ -1670,7 +1848,7 @@ TGM_LAYOUT_SIZE(PLC_LARGE_INTEGER, 8, 8, 8);
 
 /* TGM_CNC_MEMORY_HEADER: sizes and versions of the CNC memory; 128 bytes. */
 typedef struct _TGM_CNC_MEMORY_HEADER {
-    uint32_t version; /* @0 R: version number; host-written header */
+    uint32_t version; /* @0 R, no unit: version number; host-written header */
     uint32_t size; /* @4 R, byte: allocated memory, may exceed structure */
     uint32_t size_TGM_CNC_MEMORY; /* @8 R, byte: size of TGM_CNC_MEMORY */
     uint32_t size_GCODE_PARAMETERS; /* @12 R, byte: size of GCODE_PARAMETERS */
@@ -1682,8 +1860,8 @@ typedef struct _TGM_CNC_MEMORY_HEADER {
     uint32_t size_InterpolatorMemory; /* @36 R, byte: size of INTERPOLATOR */
     uint32_t size_InterpolatorReadMemory; /* @40 R, byte: published description names write memory; likely swapped */
     uint32_t size_InterpolatorWriteMemory; /* @44 R, byte: published description names read memory; likely swapped */
-    uint32_t nCores; /* @48 R: core count fixed at build */
-    uint32_t reserved[19]; /* @52 reserved: unused */
+    uint32_t nCores; /* @48 R, no unit: core count fixed at build */
+    uint32_t reserved[19]; /* @52 reserved, no unit: unused */
 } TGM_CNC_MEMORY_HEADER;
 
 TGM_LAYOUT_OFFSET(TGM_CNC_MEMORY_HEADER, version, 0, 0, 0);
@@ -1718,7 +1896,7 @@ TGM_LAYOUT_SIZE(TGM_CNC_MEMORY_HEADER, 128, 128, 128);
 
 /* P10DOUBLE: ten axis values, X Y Z C B U V W A O; 80 bytes. */
 typedef struct _P10DOUBLE {
-    double xyzcbuvwao[10]; /* @0 -: axis order X Y Z C B U V W A O */
+    double xyzcbuvwao[10]; /* @0 R (L5), unit not stated: axis order X Y Z C B U V W A O */
 } P10DOUBLE;
 
 TGM_LAYOUT_OFFSET(P10DOUBLE, xyzcbuvwao, 0, 0, 0);
@@ -1727,41 +1905,41 @@ TGM_LAYOUT_SIZE(P10DOUBLE, 80, 80, 80);
 
 /* ACTUAL_GM_VALUES: live values of a CNC core; 416 bytes. */
 typedef struct _ACTUAL_GM_VALUES {
-    P10DOUBLE m_actualPos; /* @0 -: position, G-code coordinates */
-    P10DOUBLE m_interpolatorActualPos; /* @80 -: position, interpolator coordinates */
-    P10DOUBLE m_zeroOffset; /* @160 -: G54-G59 shift */
-    int32_t m_gFunc; /* @240 -: G number; -1 means m_mFunc is ordinary */
-    int32_t m_mFunc; /* @244 -: M number, 0 none, negative special */
-    uint32_t m_interpolatorMotionStatus; /* @248 -: enum interpolator_status; interpolator state */
-    int32_t m_plcCommand; /* @252 -: enum INTERPOLATOR_COMMANDS; latest PLC command to interpolator */
-    uint32_t m_editorLine; /* @256 -: source line, 0 for inserted motion */
-    int32_t m_fileIdx; /* @260 -: file number, negative for special motion */
-    int32_t m_gCodeIndex; /* @264 -: G-code index, negative for special */
-    uint32_t m_correction; /* @268 -: tool compensation state */
-    uint32_t m_toolNumber; /* @272 -: active tool */
-    uint32_t m_workerState; /* @276 -: enum worker_state; worker state 0-4 */
-    uint32_t m_feedType; /* @280 -: interpolator feed kind */
-    uint32_t m_reserved; /* @284 reserved: unused; m_diameterXValues in 5.02 */
-    double m_bufferFullness; /* @288 -, %: interpolator buffer fill */
-    double m_spindleSpeed; /* @296 -: spindle speed */
-    double m_setFeed; /* @304 -, mm/min: requested feed */
-    double m_calcFeed; /* @312 -, mm/min: computed feed */
-    double m_actFeed; /* @320 -: computed feed times override */
-    double m_relFeed; /* @328 -: override, 1 is 100 percent */
-    double m_actPartLen; /* @336 -: running part length */
-    double m_actPartRemain; /* @344 -: remaining part length */
-    double m_actWorkPartsLen; /* @352 -: cut length so far (G1-G3) */
-    double m_actG00PartsLen; /* @360 -: rapid length so far (G0) */
-    double m_actPartsLen; /* @368 -: total motion length so far */
-    uint32_t m_nWorkCounter; /* @376 -: cutting parts count */
-    uint32_t m_nG00Counter; /* @380 -: rapid parts count */
-    uint32_t m_nG00ToWorkChanges; /* @384 -: rapid-to-cut transitions */
-    uint32_t m_nWorkToG00Changes; /* @388 -: cut-to-rapid transitions */
-    uint32_t m_nMCounter; /* @392 -: M-function count */
-    uint32_t m_MasterEditorLine; /* @396 -: line in master file */
-    int32_t m_MasterFileIdx; /* @400 -: master file number */
-    int32_t m_statusCNC; /* @404 -: enum cnc_status; CNC state copy */
-    double m_cncRunTime; /* @408 -: program run time */
+    P10DOUBLE m_actualPos; /* @0 parts, no unit: position, G-code coordinates */
+    P10DOUBLE m_interpolatorActualPos; /* @80 parts, no unit: position, interpolator coordinates */
+    P10DOUBLE m_zeroOffset; /* @160 parts, no unit: G54-G59 shift */
+    int32_t m_gFunc; /* @240 R (L5), no unit: G number; -1 means m_mFunc is ordinary */
+    int32_t m_mFunc; /* @244 R (L5), no unit: M number, 0 none, negative special */
+    uint32_t m_interpolatorMotionStatus; /* @248 R (L5), no unit: enum interpolator_status; interpolator state */
+    int32_t m_plcCommand; /* @252 R (L5), no unit: enum INTERPOLATOR_COMMANDS; latest PLC command to interpolator */
+    uint32_t m_editorLine; /* @256 R (L5), no unit: source line, 0 for inserted motion */
+    int32_t m_fileIdx; /* @260 R (L5), no unit: file number, negative for special motion */
+    int32_t m_gCodeIndex; /* @264 R (L5), no unit: G-code index, negative for special */
+    uint32_t m_correction; /* @268 R (L5), no unit: tool compensation state */
+    uint32_t m_toolNumber; /* @272 R (L5), no unit: active tool */
+    uint32_t m_workerState; /* @276 R (L5), no unit: enum worker_state; worker state 0-4 */
+    uint32_t m_feedType; /* @280 R (L5), no unit: interpolator feed kind */
+    uint32_t m_reserved; /* @284 reserved, no unit: unused; m_diameterXValues in 5.02 */
+    double m_bufferFullness; /* @288 R (L5), %: interpolator buffer fill */
+    double m_spindleSpeed; /* @296 R (L5), unit not stated: spindle speed */
+    double m_setFeed; /* @304 R (L5), mm/min: requested feed */
+    double m_calcFeed; /* @312 R (L5), mm/min: computed feed */
+    double m_actFeed; /* @320 R (L5), mm/min: computed feed times override */
+    double m_relFeed; /* @328 R (L5), no unit: override, 1 is 100 percent */
+    double m_actPartLen; /* @336 R (L5), unit not stated: running part length */
+    double m_actPartRemain; /* @344 R (L5), unit not stated: remaining part length */
+    double m_actWorkPartsLen; /* @352 R (L5), unit not stated: cut length so far (G1-G3) */
+    double m_actG00PartsLen; /* @360 R (L5), unit not stated: rapid length so far (G0) */
+    double m_actPartsLen; /* @368 R (L5), unit not stated: total motion length so far */
+    uint32_t m_nWorkCounter; /* @376 R (L5), no unit: cutting parts count */
+    uint32_t m_nG00Counter; /* @380 R (L5), no unit: rapid parts count */
+    uint32_t m_nG00ToWorkChanges; /* @384 R (L5), no unit: rapid-to-cut transitions */
+    uint32_t m_nWorkToG00Changes; /* @388 R (L5), no unit: cut-to-rapid transitions */
+    uint32_t m_nMCounter; /* @392 R (L5), no unit: M-function count */
+    uint32_t m_MasterEditorLine; /* @396 R (L5), no unit: line in master file */
+    int32_t m_MasterFileIdx; /* @400 R (L5), no unit: master file number */
+    int32_t m_statusCNC; /* @404 R (L5), no unit: enum cnc_status; CNC state copy */
+    double m_cncRunTime; /* @408 R (L5), unit not stated: program run time */
 } ACTUAL_GM_VALUES;
 
 TGM_LAYOUT_OFFSET(ACTUAL_GM_VALUES, m_actualPos, 0, 0, 0);
@@ -1838,10 +2016,10 @@ TGM_LAYOUT_SIZE(ACTUAL_GM_VALUES, 416, 416, 416);
 
 /* GCODE_SIZE: smallest and largest coordinates; 320 bytes. */
 typedef struct _GCODE_SIZE {
-    P10DOUBLE m_startPos; /* @0 -: initial position */
-    P10DOUBLE m_endPos; /* @80 -: final position */
-    P10DOUBLE m_minimalPos; /* @160 -: lower extents */
-    P10DOUBLE m_maximalPos; /* @240 -: upper extents */
+    P10DOUBLE m_startPos; /* @0 parts, no unit: initial position */
+    P10DOUBLE m_endPos; /* @80 parts, no unit: final position */
+    P10DOUBLE m_minimalPos; /* @160 parts, no unit: lower extents */
+    P10DOUBLE m_maximalPos; /* @240 parts, no unit: upper extents */
 } GCODE_SIZE;
 
 TGM_LAYOUT_OFFSET(GCODE_SIZE, m_startPos, 0, 0, 0);
@@ -1856,7 +2034,7 @@ TGM_LAYOUT_SIZE(GCODE_SIZE, 320, 320, 320);
 
 /* GCODE_INFO: extents of a G-code program; 1280 bytes. */
 typedef struct _GCODE_INFO {
-    GCODE_SIZE m_size[4]; /* @0 -: 0 original, 1 corrected, 2 rotated, 3 both */
+    GCODE_SIZE m_size[4]; /* @0 parts, no unit: 0 original, 1 corrected, 2 rotated, 3 both */
 } GCODE_INFO;
 
 TGM_LAYOUT_OFFSET(GCODE_INFO, m_size, 0, 0, 0);
@@ -1865,11 +2043,11 @@ TGM_LAYOUT_SIZE(GCODE_INFO, 1280, 1280, 1280);
 
 /* GCODE_FEED: feed settings; 32 bytes. */
 typedef struct _GCODE_FEED {
-    double feed; /* @0 -: feed */
-    double acc; /* @8 -: acceleration; negative value gives seconds */
-    double dec; /* @16 -: deceleration; negative value gives seconds */
-    int32_t rampType; /* @24 -: 1 trapezoid, 2 sine */
-    int32_t padding1; /* @28 reserved: filler */
+    double feed; /* @0 RW (L5), unit not stated: feed of this kind of motion */
+    double acc; /* @8 RW (L5), unit not stated: acceleration; negative value gives seconds */
+    double dec; /* @16 RW (L5), unit not stated: deceleration; negative value gives seconds */
+    int32_t rampType; /* @24 RW (L5), no unit: 1 trapezoid, 2 sine */
+    int32_t padding1; /* @28 reserved, no unit: unused filler */
 } GCODE_FEED;
 
 TGM_LAYOUT_OFFSET(GCODE_FEED, feed, 0, 0, 0);
@@ -1886,9 +2064,9 @@ TGM_LAYOUT_SIZE(GCODE_FEED, 32, 32, 32);
 
 /* GCODE_CORRECTION: tool correction settings; 16 bytes. */
 typedef struct _GCODE_CORRECTION {
-    double size; /* @0 -: tool radius; negative exchanges sides */
-    int32_t gCode; /* @8 -: G number, not used yet */
-    int32_t padding1; /* @12 reserved: filler */
+    double size; /* @0 RW (L5), unit not stated: tool radius; negative exchanges sides */
+    int32_t gCode; /* @8 RW (L5), no unit: G number, not used yet */
+    int32_t padding1; /* @12 reserved, no unit: unused filler */
 } GCODE_CORRECTION;
 
 TGM_LAYOUT_OFFSET(GCODE_CORRECTION, size, 0, 0, 0);
@@ -1901,8 +2079,8 @@ TGM_LAYOUT_SIZE(GCODE_CORRECTION, 16, 16, 16);
 
 /* ARC_FEED_TABLE: feed reduction in arcs; 16 bytes. */
 typedef struct _ARC_FEED_TABLE {
-    double m_r; /* @0 -: radius */
-    double m_relFeed; /* @8 -: relative feed, 1 is 100 percent */
+    double m_r; /* @0 RW (L5), unit not stated: radius of the arc */
+    double m_relFeed; /* @8 RW (L5), no unit: relative feed, 1 is 100 percent */
 } ARC_FEED_TABLE;
 
 TGM_LAYOUT_OFFSET(ARC_FEED_TABLE, m_r, 0, 0, 0);
@@ -1913,10 +2091,10 @@ TGM_LAYOUT_SIZE(ARC_FEED_TABLE, 16, 16, 16);
 
 /* INTERNAL_MFUNC_INSERT_TABLE: M functions inserted by the CNC; 24 bytes. */
 typedef struct _INTERNAL_MFUNC_INSERT_TABLE {
-    int32_t mFunc; /* @0 -: M number, 0 disables */
-    int32_t padding; /* @4 reserved: filler */
-    double relFeed; /* @8 -: triggering relative speed 0.01-1 */
-    double distance; /* @16 -: distance from that speed point */
+    int32_t mFunc; /* @0 RW (L5), no unit: M number, 0 disables */
+    int32_t padding; /* @4 reserved, no unit: unused filler */
+    double relFeed; /* @8 RW (L5), no unit: triggering relative speed 0.01-1 */
+    double distance; /* @16 RW (L5), unit not stated: distance from that speed point */
 } INTERNAL_MFUNC_INSERT_TABLE;
 
 TGM_LAYOUT_OFFSET(INTERNAL_MFUNC_INSERT_TABLE, mFunc, 0, 0, 0);
@@ -1931,9 +2109,9 @@ TGM_LAYOUT_SIZE(INTERNAL_MFUNC_INSERT_TABLE, 24, 24, 24);
 
 /* AXIS_LIMITS: travel limits of an axis; 24 bytes. */
 typedef struct _AXIS_LIMITS {
-    double maxFeed; /* @0 -: feed limit */
-    double maxAcc; /* @8 -: acceleration limit */
-    double maxDec; /* @16 -: deceleration limit */
+    double maxFeed; /* @0 RW (L5), unit not stated: feed limit */
+    double maxAcc; /* @8 RW (L5), unit not stated: acceleration limit */
+    double maxDec; /* @16 RW (L5), unit not stated: deceleration limit */
 } AXIS_LIMITS;
 
 TGM_LAYOUT_OFFSET(AXIS_LIMITS, maxFeed, 0, 0, 0);
@@ -1946,61 +2124,61 @@ TGM_LAYOUT_SIZE(AXIS_LIMITS, 24, 24, 24);
 
 /* GCODE_PARAMETERS: G-code settings; 1112 bytes. */
 typedef struct _GCODE_PARAMETERS {
-    uint32_t absMode; /* @0 -: 1 absolute, 0 relative */
-    uint32_t swapG2G3; /* @4 -: nonzero exchanges G2 and G3 */
-    uint32_t correctionStrategy; /* @8 -: CORR_STRATEGY bits */
-    uint32_t forceMode; /* @12 -: feed source 0-2 */
-    GCODE_FEED motion[8]; /* @16 -: feeds and ramps per motion kind */
-    GCODE_CORRECTION correction[8]; /* @272 -: tool radius per G41-G48 */
-    double maxConnectionDistance; /* @400 -: farthest part allowed for connecting */
-    double startAngle; /* @408 -, deg: corner angle where slowing begins */
-    double endAngle; /* @416 -, deg: corner angle of full slowing; unit inferred */
-    double minAngleFeed; /* @424 -: feed beyond endAngle, 0 stops */
-    uint32_t disableG0FeedOverride; /* @432 -: 1 ignores override in rapid */
-    uint32_t interpolatorConfig0; /* @436 -: behaviour bits 0, 1, 16, 17 */
-    double overrideInc; /* @440 -: override step per 100 us, max 0.1 */
-    ARC_FEED_TABLE arcFeedTable[5]; /* @448 -: five radius/feed pairs, descending */
-    double centripetalAcc; /* @528 -: arc acceleration limit, not implemented */
-    INTERNAL_MFUNC_INSERT_TABLE mFuncInsertTable[3]; /* @536 -: automatically inserted M-functions */
-    uint32_t mFuncInsertType; /* @608 -: 0 off, 1 on */
-    uint32_t callbackWarningsInvokeMode; /* @612 -: 0 always, 1 once, 2 never */
-    double reserved; /* @616 reserved: unused */
-    int32_t M02_programEnd1; /* @624 -: M number ending program, default 2 */
-    int32_t M30_programEnd2; /* @628 -: alternative program end, default 30 */
-    int32_t M03_startSpindleCW; /* @632 -: M number spindle clockwise, default 3 */
-    int32_t M04_startSpindleCCW; /* @636 -: M number spindle counter-clockwise, default 4 */
-    int32_t M05_stopSpindle; /* @640 -: M number spindle stop, default 5 */
-    int32_t M06_changeTool; /* @644 -: M number tool change, default 6 */
-    int32_t M07_coolOn; /* @648 -: M number coolant on, default 7 */
-    int32_t M08_oilOn; /* @652 -: M number lubrication on, default 8 */
-    int32_t M09_coolOilOff; /* @656 -: M number coolant and lubrication off, default 9 */
-    int32_t M17_return; /* @660 -: M number subroutine return, default 17 */
-    int32_t M29_print; /* @664 -: M number text output, default 29 */
-    int32_t M80_mirrorOff; /* @668 -: M number mirror off, default 80 */
-    int32_t M81_mirrorX; /* @672 -: M number mirror X, default 81 */
-    int32_t M82_mirrorY; /* @676 -: M number mirror Y, default 82 */
-    int32_t M83_mirrorZ; /* @680 -: M number mirror Z, default 83 */
-    int32_t M84_mirrorXY; /* @684 -: M number mirror XY, default 84 */
-    int32_t M85_mirrorXZ; /* @688 -: M number mirror XZ, default 85 */
-    int32_t M86_mirrorYZ; /* @692 -: M number mirror YZ, default 86 */
-    int32_t M87_mirrorXYZ; /* @696 -: M number mirror XYZ, default 87 */
-    int32_t M99_defFeed; /* @700 -: M number initial feed, default 99 */
-    uint32_t insertArcMode; /* @704 -: corner arc insertion; published values ambiguous */
-    uint32_t disableAdditionalProgramFlowInfo; /* @708 -: bits suppress opcode, assignment, parameter callbacks */
-    double insertArcToleranceRMax; /* @712 -, mm: largest corner deviation, default 0.03 */
-    double insertArcToleranceRMin; /* @720 -, mm: smallest corner deviation, default 0.03 */
-    double insertArcMaxAngle; /* @728 -: largest corner receiving an arc */
-    double insertArcMinAngle; /* @736 -: smallest corner receiving an arc, unimplemented */
-    uint32_t insertArcPlane; /* @744 -: 17, 18, 19 or 0 automatic */
-    uint32_t reserved1; /* @748 reserved: unused */
-    uint32_t calcTime; /* @752 -: 1 estimates run time in simulation */
-    uint32_t reserved2; /* @756 reserved: unused */
-    double dynamicG41Correction_mm; /* @760 -, mm: speed-dependent left compensation */
-    double dynamicG42Correction_mm; /* @768 -, mm: speed-dependent right compensation */
-    AXIS_LIMITS axisLimits[10]; /* @776 -: speed and acceleration limit per axis */
-    double dynamicG41Correction_percent; /* @1016 -, %: speed-dependent left compensation */
-    double dynamicG42Correction_percent; /* @1024 -, %: speed-dependent right compensation */
-    double tolerance[10]; /* @1032 -: tolerance table, see GCODE constants */
+    uint32_t absMode; /* @0 RW (L5), no unit: 1 absolute, 0 relative */
+    uint32_t swapG2G3; /* @4 RW (L5), no unit: nonzero exchanges G2 and G3 */
+    uint32_t correctionStrategy; /* @8 RW (L5), no unit: CORR_STRATEGY bits */
+    uint32_t forceMode; /* @12 RW (L5), no unit: feed source 0-2 */
+    GCODE_FEED motion[8]; /* @16 parts, no unit: feeds and ramps per motion kind */
+    GCODE_CORRECTION correction[8]; /* @272 parts, no unit: tool radius per G41-G48 */
+    double maxConnectionDistance; /* @400 RW (L5), unit not stated: farthest part allowed for connecting */
+    double startAngle; /* @408 RW (L5), deg: corner angle where slowing begins */
+    double endAngle; /* @416 RW (L5), deg: corner angle of full slowing; unit inferred */
+    double minAngleFeed; /* @424 RW (L5), unit not stated: feed beyond endAngle, 0 stops */
+    uint32_t disableG0FeedOverride; /* @432 RW (L5), no unit: 1 ignores override in rapid */
+    uint32_t interpolatorConfig0; /* @436 RW (L5), no unit: behaviour bits 0, 1, 16, 17 */
+    double overrideInc; /* @440 RW (L5), no unit: override step per 100 us, max 0.1 */
+    ARC_FEED_TABLE arcFeedTable[5]; /* @448 parts, no unit: five radius/feed pairs, descending */
+    double centripetalAcc; /* @528 RW (L5), unit not stated: arc acceleration limit, not implemented */
+    INTERNAL_MFUNC_INSERT_TABLE mFuncInsertTable[3]; /* @536 parts, no unit: automatically inserted M-functions */
+    uint32_t mFuncInsertType; /* @608 RW (L5), no unit: 0 off, 1 on */
+    uint32_t callbackWarningsInvokeMode; /* @612 RW (L5), no unit: 0 always, 1 once, 2 never */
+    double reserved; /* @616 reserved, no unit: unused */
+    int32_t M02_programEnd1; /* @624 RW (L5), no unit: M number ending program, default 2 */
+    int32_t M30_programEnd2; /* @628 RW (L5), no unit: alternative program end, default 30 */
+    int32_t M03_startSpindleCW; /* @632 RW (L5), no unit: M number spindle clockwise, default 3 */
+    int32_t M04_startSpindleCCW; /* @636 RW (L5), no unit: M number spindle counter-clockwise, default 4 */
+    int32_t M05_stopSpindle; /* @640 RW (L5), no unit: M number spindle stop, default 5 */
+    int32_t M06_changeTool; /* @644 RW (L5), no unit: M number tool change, default 6 */
+    int32_t M07_coolOn; /* @648 RW (L5), no unit: M number coolant on, default 7 */
+    int32_t M08_oilOn; /* @652 RW (L5), no unit: M number lubrication on, default 8 */
+    int32_t M09_coolOilOff; /* @656 RW (L5), no unit: M number coolant and lubrication off, default 9 */
+    int32_t M17_return; /* @660 RW (L5), no unit: M number subroutine return, default 17 */
+    int32_t M29_print; /* @664 RW (L5), no unit: M number text output, default 29 */
+    int32_t M80_mirrorOff; /* @668 RW (L5), no unit: M number mirror off, default 80 */
+    int32_t M81_mirrorX; /* @672 RW (L5), no unit: M number mirror X, default 81 */
+    int32_t M82_mirrorY; /* @676 RW (L5), no unit: M number mirror Y, default 82 */
+    int32_t M83_mirrorZ; /* @680 RW (L5), no unit: M number mirror Z, default 83 */
+    int32_t M84_mirrorXY; /* @684 RW (L5), no unit: M number mirror XY, default 84 */
+    int32_t M85_mirrorXZ; /* @688 RW (L5), no unit: M number mirror XZ, default 85 */
+    int32_t M86_mirrorYZ; /* @692 RW (L5), no unit: M number mirror YZ, default 86 */
+    int32_t M87_mirrorXYZ; /* @696 RW (L5), no unit: M number mirror XYZ, default 87 */
+    int32_t M99_defFeed; /* @700 RW (L5), no unit: M number initial feed, default 99 */
+    uint32_t insertArcMode; /* @704 RW (L5), no unit: corner arc insertion; published values ambiguous */
+    uint32_t disableAdditionalProgramFlowInfo; /* @708 RW (L5), no unit: bits suppress opcode, assignment, parameter callbacks */
+    double insertArcToleranceRMax; /* @712 RW (L5), mm: largest corner deviation, default 0.03 */
+    double insertArcToleranceRMin; /* @720 RW (L5), mm: smallest corner deviation, default 0.03 */
+    double insertArcMaxAngle; /* @728 RW (L5), unit not stated: largest corner receiving an arc */
+    double insertArcMinAngle; /* @736 RW (L5), unit not stated: smallest corner receiving an arc, unimplemented */
+    uint32_t insertArcPlane; /* @744 RW (L5), no unit: 17, 18, 19 or 0 automatic */
+    uint32_t reserved1; /* @748 reserved, no unit: unused */
+    uint32_t calcTime; /* @752 RW (L5), no unit: 1 estimates run time in simulation */
+    uint32_t reserved2; /* @756 reserved, no unit: unused */
+    double dynamicG41Correction_mm; /* @760 RW (L5), mm: speed-dependent left compensation */
+    double dynamicG42Correction_mm; /* @768 RW (L5), mm: speed-dependent right compensation */
+    AXIS_LIMITS axisLimits[10]; /* @776 parts, no unit: speed and acceleration limit per axis */
+    double dynamicG41Correction_percent; /* @1016 RW (L5), %: speed-dependent left compensation */
+    double dynamicG42Correction_percent; /* @1024 RW (L5), %: speed-dependent right compensation */
+    double tolerance[10]; /* @1032 RW (L5), unit not stated: tolerance table, see GCODE constants */
 } GCODE_PARAMETERS;
 
 TGM_LAYOUT_OFFSET(GCODE_PARAMETERS, absMode, 0, 0, 0);
@@ -2117,18 +2295,18 @@ TGM_LAYOUT_SIZE(GCODE_PARAMETERS, 1112, 1112, 1112);
 
 /* TGM_FUNCTION_INTERNAL: CNC request; 4072 bytes. */
 typedef struct _TGM_FUNCTION_INTERNAL {
-    uint32_t number; /* @0 -: enum cnc_func; volatile; function to run */
-    int32_t regime; /* @4 -: enum cnc_status; start mode: 30, 31, 32 or 33 */
-    int32_t gCodeIndex_connect; /* @8 -: G-code index to connect to */
-    uint32_t nCoords; /* @12 -: valid entries in coords */
-    double coords[10]; /* @16 -: connect arguments */
-    uint32_t connectType; /* @96 -: enum connect_type; connect method */
-    uint32_t reserved0; /* @100 reserved: filler */
-    char addGCode[2048]; /* @104 -: 8-bit extra G-code text */
-    GCODE_PARAMETERS GCodeParameters; /* @2152 -: settings to apply */
-    uint32_t reserved1; /* @3264 reserved: filler */
-    uint32_t nUserParams; /* @3268 -: 100 applies userParams, 0 ignores */
-    double userParams[100]; /* @3272 -: initial P00-P99 */
+    uint32_t number; /* @0 RW (L5), no unit: enum cnc_func; volatile; function to run */
+    int32_t regime; /* @4 RW (L5), no unit: enum cnc_status; start mode: 30, 31, 32 or 33 */
+    int32_t gCodeIndex_connect; /* @8 RW (L5), no unit: G-code index to connect to */
+    uint32_t nCoords; /* @12 RW (L5), no unit: valid entries in coords */
+    double coords[10]; /* @16 RW (L5), unit not stated: connect arguments */
+    uint32_t connectType; /* @96 RW (L5), no unit: enum connect_type; connect method */
+    uint32_t reserved0; /* @100 reserved, no unit: unused filler */
+    char addGCode[2048]; /* @104 RW (L5), no unit: 8-bit extra G-code text */
+    GCODE_PARAMETERS GCodeParameters; /* @2152 parts, no unit: settings to apply */
+    uint32_t reserved1; /* @3264 reserved, no unit: unused filler */
+    uint32_t nUserParams; /* @3268 RW (L5), no unit: 100 applies userParams, 0 ignores */
+    double userParams[100]; /* @3272 RW (L5), no unit: initial P00-P99 */
 } TGM_FUNCTION_INTERNAL;
 
 TGM_LAYOUT_OFFSET(TGM_FUNCTION_INTERNAL, number, 0, 0, 0);
@@ -2159,8 +2337,8 @@ TGM_LAYOUT_SIZE(TGM_FUNCTION_INTERNAL, 4072, 4072, 4072);
 
 /* TGM_FUNCTION: CNC request with its filler; 8192 bytes. */
 typedef struct _TGM_FUNCTION {
-    TGM_FUNCTION_INTERNAL base; /* @0 -: inherited part at offset 0 */
-    uint32_t reserved_to_wanted_size[1030]; /* @4072 reserved: filler to 8192 bytes */
+    TGM_FUNCTION_INTERNAL base; /* @0 parts, no unit: inherited part at offset 0 */
+    uint32_t reserved_to_wanted_size[1030]; /* @4072 reserved, no unit: filler to 8192 bytes */
 } TGM_FUNCTION;
 
 TGM_LAYOUT_OFFSET(TGM_FUNCTION, base, 0, 0, 0);
@@ -2171,14 +2349,14 @@ TGM_LAYOUT_SIZE(TGM_FUNCTION, 8192, 8192, 8192);
 
 /* TGM_CNC_CORE_MEMORY_INTERNAL: one CNC core; 13152 bytes. */
 typedef struct _TGM_CNC_CORE_MEMORY_INTERNAL {
-    ACTUAL_GM_VALUES actPos; /* @0 -: live values */
-    uint32_t lastErrorID; /* @416 -: copy of last error number */
-    uint32_t stopFunc; /* @420 -: enum cnc_func; volatile; only STOP_01 valid */
-    uint32_t reserved1; /* @424 reserved: unused; hidden in 5.02 pages */
-    char stopAddGCode[2048]; /* @428 -: 8-bit G-code text appended when stopping */
-    double Pxx[150]; /* @2480 -: P00-P99 plus special P100-P149 */
-    GCODE_INFO GCodeInfo; /* @3680 -: program extents */
-    TGM_FUNCTION func; /* @4960 -: request block except stop */
+    ACTUAL_GM_VALUES actPos; /* @0 parts, no unit: live values */
+    uint32_t lastErrorID; /* @416 R (L5), no unit: copy of last error number */
+    uint32_t stopFunc; /* @420 RW (L5), no unit: enum cnc_func; volatile; only STOP_01 valid */
+    uint32_t reserved1; /* @424 reserved, no unit: unused; hidden in 5.02 pages */
+    char stopAddGCode[2048]; /* @428 RW (L5), no unit: 8-bit G-code text appended when stopping */
+    double Pxx[150]; /* @2480 RW (L5), no unit: P00-P99 plus special P100-P149 */
+    GCODE_INFO GCodeInfo; /* @3680 parts, no unit: program extents */
+    TGM_FUNCTION func; /* @4960 parts, no unit: request block except stop */
 } TGM_CNC_CORE_MEMORY_INTERNAL;
 
 TGM_LAYOUT_OFFSET(TGM_CNC_CORE_MEMORY_INTERNAL, actPos, 0, 0, 0);
@@ -2201,8 +2379,8 @@ TGM_LAYOUT_SIZE(TGM_CNC_CORE_MEMORY_INTERNAL, 13152, 13152, 13148);
 
 /* TGM_CNC_CORE_MEMORY: one CNC core with its filler; 16384 bytes. */
 typedef struct _TGM_CNC_CORE_MEMORY {
-    TGM_CNC_CORE_MEMORY_INTERNAL base; /* @0 -: inherited part at offset 0 */
-    uint32_t reserved_to_wanted_size[TGM_LAYOUT_PICK(808, 808, 809)]; /* @13152 reserved: filler to 16384 bytes */
+    TGM_CNC_CORE_MEMORY_INTERNAL base; /* @0 parts, no unit: inherited part at offset 0 */
+    uint32_t reserved_to_wanted_size[TGM_LAYOUT_PICK(808, 808, 809)]; /* @13152 reserved, no unit: filler to 16384 bytes */
 } TGM_CNC_CORE_MEMORY;
 
 TGM_LAYOUT_OFFSET(TGM_CNC_CORE_MEMORY, base, 0, 0, 0);
@@ -2213,8 +2391,8 @@ TGM_LAYOUT_SIZE(TGM_CNC_CORE_MEMORY, 16384, 16384, 16384);
 
 /* TGM_CNC_MEMORY: content of TGM_CNCEX, CNC internal; 49280 bytes. */
 typedef struct _TGM_CNC_MEMORY {
-    TGM_CNC_MEMORY_HEADER h; /* @0 -: header, 128 bytes */
-    TGM_CNC_CORE_MEMORY core[3]; /* @128 -: one block per CNC core */
+    TGM_CNC_MEMORY_HEADER h; /* @0 parts, no unit: header, 128 bytes */
+    TGM_CNC_CORE_MEMORY core[3]; /* @128 parts, no unit: one block per CNC core */
 } TGM_CNC_MEMORY;
 
 TGM_LAYOUT_OFFSET(TGM_CNC_MEMORY, h, 0, 0, 0);

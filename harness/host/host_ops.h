@@ -1,0 +1,24 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/* host_ops.h - one host for each layout of the shared memories: what host.h's functions lead to. */
+#ifndef HARNESS_HOST_OPS_H
+#define HARNESS_HOST_OPS_H
+
+#include "host/host.h"
+
+struct host_ops {
+    int generation;
+    uint32_t memory_id;
+    int (*open)(struct host **out, const struct host_config *config, struct machine *machine,
+                const struct image *image, struct evidence *evidence, char why[HOST_WHY]);
+    void (*close)(struct host *host);
+    bool (*start)(struct host *host);
+    bool (*cycle)(struct host *host);
+    void (*on_sample)(struct host *host, host_sample *sample, void *argument);
+    uint64_t (*cycles)(const struct host *host);
+    uint64_t (*time)(const struct host *host);
+    const void *(*register_at)(const struct host *host, const struct catalogue_register *reg);
+};
+
+extern const struct host_ops host_gen4, host_gen5_905, host_gen5_906;
+
+#endif

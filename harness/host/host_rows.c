@@ -1,0 +1,9 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+#include "host/host_parts.h"
+
+const struct host_part *const host_parts[] = {
+    &host_timers,
+    &host_servo,
+    &host_dio,
+    NULL,
+};

@@ -1,0 +1,61 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/* host.h's functions: each leads to the host that was compiled for the product's layout. */
+#include "host/host_ops.h"
+
+#include <errno.h>
+#include <stdio.h>
+
+static const struct host_ops *const all[] = { &host_gen4, &host_gen5_905, &host_gen5_906 };
+
+static const struct host_ops *ops(const struct host *host)
+{
+    return *(const struct host_ops *const *)(const void *)host;
+}
+
+int host_open(struct host **out, const struct host_config *config, struct machine *machine,
+              const struct image *image, struct evidence *evidence, char why[HOST_WHY])
+{
+    const struct product *product = config->product;
+    for (size_t i = 0; i < sizeof all / sizeof *all; i++)
+        if (all[i]->generation == product->generation && all[i]->memory_id == product->memory_id)
+            return all[i]->open(out, config, machine, image, evidence, why);
+    snprintf(why, HOST_WHY, "%s: no host for generation %d, memory id %u", product->title,
+             product->generation, product->memory_id);
+    return -ENOTSUP;
+}
+
+void host_close(struct host *host)
+{
+    if (host != NULL)
+        ops(host)->close(host);
+}
+
+bool host_start(struct host *host)
+{
+    return ops(host)->start(host);
+}
+
+bool host_cycle(struct host *host)
+{
+    return ops(host)->cycle(host);
+}
+
+void host_on_sample(struct host *host, host_sample *sample, void *argument)
+{
+    ops(host)->on_sample(host, sample, argument);
+}
+
+uint64_t host_cycles(const struct host *host)
+{
+    return ops(host)->cycles(host);
+}
+
+uint64_t host_time(const struct host *host)
+{
+    return ops(host)->time(host);
+}
+
+const void *host_register(const struct host *host, const struct catalogue_register *reg)
+{
+    return ops(host)->register_at(host, reg);
+}
