@@ -36,6 +36,7 @@ IMAGE_SRC := image.c image_sort.c image_text.c elf.c elf_kinds.c elf_header.c el
     stack.c \
     stack_graph.c \
     stack_returns.c \
+    stack_state.c \
     stack_values.c \
     stack_walk.c
 MACHINE_SRC := load.c poison.c regions.c call.c fault.c attribute.c watchdog.c sandbox.c filter.c confine.c worker.c
@@ -47,6 +48,13 @@ BUS_SRC := client.c client_cycle.c client_jobs.c client_map.c client_watch.c fib
     fault_script.c \
     fault_verbs.c \
     fault_words.c \
+    drive_device.c \
+    dev_tgz.c \
+    tgz_errors.c \
+    tgz_native.c \
+    tgz_od.c \
+    plan.c \
+    drive_cruise.c \
     topology.c \
     ports.c \
     sync.c \

@@ -137,6 +137,9 @@ ip link add tgm0 type veth peer name tgm1 && ip link set tgm0 up && ip link set 
 ip link add tgm2 type veth peer name tgm3 || exit 1
 . tests/bus.sh
 
+start_bus frames-by-hand --timing real drive-cia402 dio-8x8 && stranger "frames by hand" python3 tests/strangers/frames.py tgm1
+rm -f "$captures/frames-by-hand.pcap" # malformed on purpose
+
 line="drive-cia402 dio-8x8 drive-cia402 dio-8x8"
 # shellcheck disable=SC2086
 start_bus walk-soem $line && stranger "SOEM over its own port" "$strangers/soem_walk" tgm1 $line

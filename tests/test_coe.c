@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /* SDO server and object dictionary, message by message. */
 #include "bus_rig.h"
-#include "bus/drive.h"
+#include "bus/drive_device.h"
 
 #define DRIVE 0x1001
 
@@ -250,7 +250,7 @@ static void segmented_upload_carries_what_the_mailbox_cannot(void **state)
 {
     struct rig *rig = *state;
     struct drive_device *drive = rig->devices[0];
-    uint8_t all[64];
+    uint8_t all[2 + 4 * PDO_MAX_ENTRIES];
     size_t at;
     struct reply r;
     uint8_t toggle = 0;
@@ -373,8 +373,8 @@ static void a_mapping_of_ones_own_is_checked_entry_by_entry(void **state)
         uint8_t data[6];
 
         assert_int_equal(exchange(rig, FPRD, AT(DRIVE, 0x1200), data, 6), 1);
-        assert_int_equal((int32_t)get_u32(data), drive->axis.o.position_actual);
-        assert_int_equal(get_u16(data + 4), drive->axis.o.statusword);
+        assert_int_equal((int32_t)get_u32(data), drive->axis->o.position_actual);
+        assert_int_equal(get_u16(data + 4), drive->axis->o.statusword);
     }
 }
 

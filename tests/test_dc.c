@@ -436,13 +436,13 @@ static void a_test_pulse_comes_at_once(void **state)
 /* `at` is the first nanosecond at which the slave's clock shows `system_time`, or is past it. */
 static void check_moment(struct slave *s, uint64_t at, uint64_t system_time)
 {
-    uint64_t now = s->now_ns;
+    uint64_t now = s->frame_ns;
 
-    s->now_ns = at - 1;
+    s->frame_ns = at - 1;
     assert_true(dc_system_time(s) < system_time);
-    s->now_ns = at;
+    s->frame_ns = at;
     assert_true(dc_system_time(s) >= system_time);
-    s->now_ns = now;
+    s->frame_ns = now;
 }
 
 static void a_pulse_comes_in_time_when_the_clock_is_trimmed_meanwhile(void **state)

@@ -8,8 +8,7 @@
 #include <string.h>
 #include <cmocka.h>
 
-#include "bus/device.h"
-#include "bus/drive.h"
+#include "bus/drive_device.h"
 #include "bus/registers.h"
 
 #define MS 1000000u
@@ -23,10 +22,10 @@ struct bench {
 static void new_drive(struct bench *b, uint64_t seed)
 {
     const struct device_type *type = device_type_find("drive-cia402");
-    struct device_setup setup = { .seed = seed };
+    struct device_setup setup = { .type = type, .seed = seed };
 
     memset(b, 0, sizeof *b);
-    b->drive = &b->device.axis;
+    b->drive = &b->device.axis[0];
     od_reset(type->od, &b->device);
     type->init(&b->device, &setup);
     drive_al_state(b->drive, AL_OP);
@@ -268,7 +267,8 @@ static void csp_walks_straight_between_set_points(void **state)
     exchange(&b, MS);
     for (unsigned i = 1; i <= 8; i++) {
         drive_step(b.drive, b.now + i * 125000);
-        assert_int_equal(axis_increments(b.drive->demand + 1e-9) - axis_increments(from + 1e-9),
+        assert_int_equal(drive_increments(b.drive, b.drive->demand + 1e-9) -
+                             drive_increments(b.drive, from + 1e-9),
                          1000 * i);
     }
 }
@@ -471,7 +471,7 @@ static void limit_switches_and_hard_stop_hold_the_axis(void **state)
     b.drive->o.target_velocity = -(5 << 20);
     for (unsigned i = 0; i < 2000; i++)
         exchange(&b, MS);
-    assert_true(b.drive->axis.position >= AXIS_STOP_NEGATIVE);
+    assert_true(b.drive->axis.position >= axis_servo.stop_negative);
     assert_int_equal(b.drive->o.digital_inputs, AXIS_SWITCH_NEGATIVE | AXIS_SWITCH_HOME);
     assert_int_equal(b.drive->o.statusword & SW_INTERNAL_LIMIT, SW_INTERNAL_LIMIT);
     assert_int_equal(position(&b), -7 * (1 << 19));
@@ -578,7 +578,7 @@ static void homing_finds_the_edge_of_its_switch(void **state)
             exchange(&b, MS);
         assert_int_equal(b.drive->o.statusword & 0x3400, 0x1400);
         /* What the drive now calls 1000 stands within the edge's search resolution of it. */
-        shift = (double)(b.drive->zero + 1000) / AXIS_INCREMENTS - rows[i].edge;
+        shift = (double)(b.drive->zero + 1000) * b.drive->per_increment - rows[i].edge;
         assert_true(shift > -1e-4 && shift < 1e-4);
     }
 }

@@ -47,10 +47,10 @@ static uint64_t bound(const struct image *image, const char *name)
 
 static void a_call_takes_what_its_code_says(void **state)
 {
-    static const char *const exact[] = { "straight", "leaf",      "nested",        "deeper_way",
-                                         "entered",  "tail",      "balanced_loop", "probed",
-                                         "service",  "get_place", "pointer",       "tail_loop",
-                                         "far_jump" };
+    static const char *const exact[] = { "straight", "leaf",       "nested",        "deeper_way",
+                                         "entered",  "tail",       "balanced_loop", "probed",
+                                         "service",  "get_place",  "pointer",       "tail_loop",
+                                         "far_jump", "byte_below", "segment",       "half_word" };
     (void)state;
     struct image *image = fixture_image("stack");
     for (size_t i = 0; i < COUNT(exact); i++) {

@@ -6,7 +6,7 @@
 
 #include "bus_rig.h"
 #include "bus/bus.h"
-#include "bus/drive.h"
+#include "bus/drive_device.h"
 #include "bus/pcap.h"
 #include "bus/wire.h"
 
@@ -240,6 +240,7 @@ static void what_is_no_record_is_refused_and_ends_the_file_before_it(void **stat
     cut[8] = cut[12] = 60;
     begin(NULL);
     assert_int_equal(pcap_append(&pcap, cut, sizeof cut), -EBADMSG);
+    assert_int_equal(pcap.frames, 0);
     cut[8] = cut[12] = 59;
     begin(NULL);
     assert_int_equal(pcap_append(&pcap, cut, sizeof cut), -EBADMSG);

@@ -49,6 +49,9 @@ static void functions_with_a_bound_on_x86_64(void **state)
     static const struct expected expected[] = {
         { "straight", 56, IMAGE_STACK_BOUNDED, NULL },
         { "leaf", 32, IMAGE_STACK_BOUNDED, NULL },
+        { "byte_below", 32, IMAGE_STACK_BOUNDED, NULL },
+        { "segment", 24, IMAGE_STACK_BOUNDED, NULL },
+        { "half_word", 16, IMAGE_STACK_BOUNDED, NULL },
         { "nested", 72, IMAGE_STACK_BOUNDED, NULL },
         { "deeper_way", 128, IMAGE_STACK_BOUNDED, NULL },
         { "framed", 104, IMAGE_STACK_BOUNDED, NULL },

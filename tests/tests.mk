@@ -27,7 +27,12 @@ IMAGE_TESTS := test_image test_image_real test_image_bad test_image_damage test_
 MACHINE_TESTS := test_machine test_machine_call test_machine_load test_machine_seal test_worker \
     test_machine_stack
 BUS_TESTS := test_segment test_slave test_coe test_drive test_bus test_client \
+    test_drive2 \
+    test_tgz \
     test_topology \
+    test_plan \
+    test_cruise \
+    test_bus_alloc \
     test_controller \
     test_dc
 BUS_TESTS += test_faults
@@ -42,6 +47,13 @@ $(addprefix $(BUILD)/obj/tests/,$(BUS_TESTS:=.o) bench_bus.o soak_segment.o): AL
 
 # Captures that tests/captures.sh lets tshark dissect.
 $(BUILD)/obj/tests/test_pcap.o: ALL_CFLAGS += -DTEST_CAPTURES_DIR='"$(BUILD)/captures"'
+# Counts what the allocator is asked for.
+comma := ,
+ALLOCATOR := malloc calloc realloc aligned_alloc posix_memalign strdup free
+$(BUILD)/test/test_bus_alloc: LDFLAGS += $(addprefix -Wl$(comma)--wrap=,$(ALLOCATOR))
+
+# The bench takes the port away from under SOEM.
+$(BUILD)/test/bench_bus: LDFLAGS += -Wl,--wrap=ecx_outframe_red -Wl,--wrap=ecx_waitinframe
 
 # The SDK's support library as native code: the same sources that modules are linked from.
 SDK_OBJ := $(addprefix $(BUILD)/obj/sdk-host/,number.o text16.o text8.o motion.o move.o)

@@ -1,110 +1,138 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
-#include "bus/axis.h"
+#include "bus/axis_step.h"
 
-/* Loop gains in 1/s. The feed-forward is left a little short of one, as tuned drives are: at
- * constant speed the axis is about 0.3 ms of travel behind and never ahead. */
-static const double position_gain = 120.0;
-static const double velocity_gain = 900.0;
-static const double feed_forward = 0.95;
+#define TRAVEL                                                                                     \
+    .start = 0.5, .stop_negative = -3.5, .limit_negative = -3.0, .home = 0.0,                      \
+    .limit_positive = 40.0, .stop_positive = 40.5
 
-static const double viscous = 0.6;        /* 1/s */
-static const double coulomb = 0.3;        /* rev/s^2 */
-static const double winding_brake = 20.0; /* 1/s */
+/* Rated torque accelerates by 600 rev/s^2. At constant speed the axis is about 0.3 ms of travel
+ * behind. */
+const struct axis_model axis_servo = {
+    .rated_torque = 1200.0,
+    .peak_torque = 3600.0,
+    .inertia = 2.0, /* 3.2 kg cm^2 */
+    .viscous = 1.2,
+    .coulomb = 0.6,
+    .winding_brake = 40.0,
+    .max_speed = 100.0,
+    .position_gain = 120.0,
+    .velocity_gain = 900.0,
+    .feed_forward = 0.95,
+    TRAVEL,
+    .resolution = 1 << 20,
+};
 
-static double clamp(double value, double limit)
+/* The same motor with a load that rated torque accelerates by 15 rev/s^2 only. Loops as soft as
+ * such a load wants them. */
+const struct axis_model axis_heavy = {
+    .rated_torque = 1200.0,
+    .peak_torque = 3600.0,
+    .inertia = 80.0,
+    .viscous = 4.0,
+    .coulomb = 60.0,
+    .winding_brake = 40.0,
+    .max_speed = 50.0,
+    .position_gain = 25.0,
+    .velocity_gain = 120.0,
+    .feed_forward = 0.95,
+    TRAVEL,
+    .resolution = 1 << 20,
+};
+
+const struct axis_model axis_rotary = {
+    .rated_torque = 8000.0,
+    .peak_torque = 20000.0,
+    .inertia = 64.0,
+    .viscous = 16.0,
+    .coulomb = 32.0,
+    .winding_brake = 500.0,
+    .max_speed = 10.0,
+    .position_gain = 80.0,
+    .velocity_gain = 600.0,
+    .feed_forward = 0.98,
+    .start = 0.0,
+    .stop_negative = -AXIS_NEVER,
+    .limit_negative = -AXIS_NEVER,
+    .limit_positive = AXIS_NEVER,
+    .stop_positive = AXIS_NEVER,
+    .home_cam = true,
+    .resolution = 1 << 20,
+};
+
+const struct axis_model axis_ideal = {
+    .rated_torque = 1200.0,
+    .peak_torque = 3600.0,
+    .inertia = 2.0,
+    .max_speed = 1e6,
+    .start = 0.0,
+    .stop_negative = -AXIS_NEVER,
+    .limit_negative = -AXIS_NEVER,
+    .limit_positive = AXIS_NEVER,
+    .stop_positive = AXIS_NEVER,
+    .home_cam = true,
+    .ideal = true,
+    .resolution = 1 << 20,
+};
+
+void axis_init(struct axis *axis, const struct axis_model *model, uint64_t seed)
 {
-    return value > limit ? limit : value < -limit ? -limit : value;
-}
-
-void axis_init(struct axis *axis, uint64_t seed)
-{
-    *axis = (struct axis){ 0 };
-    /* 2^-20 rev is one increment. */
-    axis->position = 0.5 + (double)(seed % 1048576u) / AXIS_INCREMENTS;
-    axis->torque_limit = AXIS_PEAK_TORQUE;
-}
-
-static void read_switches(struct axis *axis)
-{
-    unsigned s = 0;
-
-    if (axis->position <= AXIS_LIMIT_NEGATIVE)
-        s |= AXIS_SWITCH_NEGATIVE;
-    if (axis->position >= AXIS_LIMIT_POSITIVE)
-        s |= AXIS_SWITCH_POSITIVE;
-    if (axis->position <= AXIS_HOME)
-        s |= AXIS_SWITCH_HOME;
-    axis->switches = (uint8_t)s;
-}
-
-static void move(struct axis *axis, double motor, double damping, double friction)
-{
-    double free = axis->velocity + (motor - damping * axis->velocity) * AXIS_STEP_S;
-    double drag = friction * AXIS_STEP_S;
-
-    /* Dry friction can stop the axis within a step but never turn it round. */
-    axis->velocity = free > drag ? free - drag : free < -drag ? free + drag : 0.0;
-    axis->position += axis->velocity * AXIS_STEP_S;
-    if (axis->position < AXIS_STOP_NEGATIVE) {
-        axis->position = AXIS_STOP_NEGATIVE;
-        axis->velocity = 0.0;
-    } else if (axis->position > AXIS_STOP_POSITIVE) {
-        axis->position = AXIS_STOP_POSITIVE;
-        axis->velocity = 0.0;
-    }
-    read_switches(axis);
-}
-
-static void drive(struct axis *axis, double demand)
-{
-    double motor = clamp(demand, axis->torque_limit * AXIS_RATED_ACCELERATION);
-
-    axis->limited |= motor < demand || motor > demand;
-    axis->acceleration = motor;
-    move(axis, motor, viscous, coulomb);
-}
-
-static void turn(struct axis *axis, double velocity)
-{
-    double reachable = clamp(velocity, AXIS_MAX_SPEED);
-
-    axis->limited = reachable < velocity || reachable > velocity;
-    drive(axis, velocity_gain * (reachable - axis->velocity));
+    /* A seed counts in 2^-20 of the revolution. */
+    *axis = (struct axis){
+        .model = model,
+        .position = model->start + (double)(seed % 1048576u) / 1048576.0,
+        .torque_high = model->peak_torque / model->rated_torque,
+        .torque_low = model->peak_torque / model->rated_torque,
+        .peak = model->peak_torque / model->rated_torque,
+        .speed_limit = model->max_speed,
+        .rated = model->rated_torque / model->inertia,
+        .viscous = model->viscous / model->inertia,
+        .coulomb = model->coulomb / model->inertia,
+        .winding_brake = model->winding_brake / model->inertia,
+    };
 }
 
 void axis_follow(struct axis *axis, double position, double velocity)
 {
-    turn(axis, position_gain * (position - axis->position) + feed_forward * velocity);
+    if (axis->model->ideal)
+        axis_place(axis, position, velocity);
+    else
+        axis_follow_loop(axis, position, velocity);
+    axis_read_switches(axis);
 }
 
 void axis_turn(struct axis *axis, double velocity)
 {
-    turn(axis, velocity);
+    if (axis->model->ideal)
+        axis_place(axis, axis->position + velocity * AXIS_STEP_S, velocity);
+    else
+        axis_reach(axis, velocity);
+    axis_read_switches(axis);
 }
 
 void axis_push(struct axis *axis, double torque)
 {
     axis->limited = false;
-    drive(axis, torque * AXIS_RATED_ACCELERATION);
+    axis_drive(axis, torque * axis->rated);
+    axis_read_switches(axis);
 }
 
 void axis_coast(struct axis *axis)
 {
     axis->limited = false;
     axis->acceleration = 0.0;
-    move(axis, 0.0, winding_brake, coulomb);
+    if (axis->model->ideal)
+        axis_place(axis, axis->position, 0.0);
+    else
+        axis_move(axis, 0.0, axis->winding_brake, axis->coulomb);
+    axis_read_switches(axis);
+}
+
+void axis_look(struct axis *axis)
+{
+    axis_read_switches(axis);
 }
 
 double axis_torque(const struct axis *axis)
 {
-    return axis->acceleration / AXIS_RATED_ACCELERATION;
-}
-
-/* Towards minus infinity, as an encoder counts. */
-int64_t axis_increments(double revolutions)
-{
-    double scaled = revolutions * AXIS_INCREMENTS;
-    int64_t whole = (int64_t)scaled;
-
-    return whole - ((double)whole > scaled);
+    return axis->acceleration / axis->rated;
 }

@@ -19,7 +19,7 @@
 #include <stdint.h>
 
 #define BUS_WHY        256
-#define BUS_MAX_SLAVES 64
+#define BUS_MAX_SLAVES 200
 #define BUS_FAULT_TEXT 128
 
 struct bus;

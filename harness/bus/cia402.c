@@ -52,6 +52,12 @@ static bool stays_in_quick_stop(const struct cia402_options *options)
     return options->quick_stop >= 5;
 }
 
+/* Option 0: no ramp, power off at once. */
+static enum cia402_state quick_stop_state(const struct cia402_options *options)
+{
+    return options->quick_stop == 0 ? CIA402_SWITCH_ON_DISABLED : CIA402_QUICK_STOP_ACTIVE;
+}
+
 static void take(struct cia402 *machine, const struct transition *t,
                  const struct cia402_options *options)
 {
@@ -65,11 +71,7 @@ static void take(struct cia402 *machine, const struct transition *t,
         machine->leave_to = t->to;
         return;
     }
-    /* Quick stop option 0: no ramp, power off at once. */
-    if (t->ramp == BY_QUICK_STOP && options->quick_stop == 0)
-        machine->state = CIA402_SWITCH_ON_DISABLED;
-    else
-        machine->state = t->to;
+    machine->state = t->ramp == BY_QUICK_STOP ? quick_stop_state(options) : t->to;
 }
 
 void cia402_command(struct cia402 *machine, uint16_t controlword,
@@ -85,8 +87,13 @@ void cia402_command(struct cia402 *machine, uint16_t controlword,
             machine->state = CIA402_SWITCH_ON_DISABLED;
         return;
     }
-    t = match(machine->state, controlword);
+    if (machine->state == machine->still_state && controlword == machine->still_word)
+        t = NULL;
+    else
+        t = match(machine->state, controlword);
     if (!t) {
+        machine->still_state = machine->state;
+        machine->still_word = controlword;
         /* Enable operation again takes a ramping axis back. */
         if (machine->state == CIA402_OPERATION_ENABLED && (controlword & 0x8f) == 0x0f)
             machine->leaving = false;
@@ -98,6 +105,15 @@ void cia402_command(struct cia402 *machine, uint16_t controlword,
         if (t && t->number == 4)
             take(machine, t, options);
     }
+}
+
+bool cia402_quick_stop(struct cia402 *machine, const struct cia402_options *options)
+{
+    if (machine->state != CIA402_OPERATION_ENABLED)
+        return false;
+    machine->leaving = false;
+    machine->state = quick_stop_state(options);
+    return true;
 }
 
 bool cia402_fail(struct cia402 *machine)

@@ -26,6 +26,7 @@ enum {
     CW_VOLTAGE = 1 << 1,
     CW_QUICK_STOP = 1 << 2, /* 0 stops */
     CW_ENABLE = 1 << 3,
+    CW_MODE_4 = 1 << 4, /* PP: new set point; HM: start; IP: interpolate */
     CW_FAULT_RESET = 1 << 7,
     CW_HALT = 1 << 8,
 
@@ -47,6 +48,9 @@ struct cia402 {
     /* Operation enabled on the way out: the axis ramps down and the state changes at standstill. */
     bool leaving;
     enum cia402_state leave_to;
+    /* A controlword that led nowhere from this state: most evaluations repeat it. */
+    enum cia402_state still_state;
+    uint16_t still_word;
     bool reset_seen; /* level of the fault reset bit at the last evaluation */
 };
 
@@ -56,6 +60,9 @@ void cia402_init(struct cia402 *machine);
 /* One evaluation of a controlword. At most one transition, except 3 and 4 together. */
 void cia402_command(struct cia402 *machine, uint16_t controlword,
                     const struct cia402_options *options, bool fault_gone);
+
+/* Transition 11 for a reason of the drive's own. False when operation is not enabled. */
+bool cia402_quick_stop(struct cia402 *machine, const struct cia402_options *options);
 
 /* Transition 13. False when a fault is already being handled. */
 bool cia402_fail(struct cia402 *machine);

@@ -6,8 +6,7 @@
 #include "bus/bus.h"
 #include "bus/faults.h"
 #include "bus/port/clock.h"
-#include "bus/segment.h"
-#include "bus/slave.h"
+#include "bus/rack.h"
 #include "bus/wire.h"
 
 #include "oshw.h"
@@ -22,6 +21,8 @@
 
 #define CLIENT_ENTRIES   64    /* mapped entries of one slave and direction */
 #define CLIENT_IMAGE_MAX 65536 /* SOEM's logical space of one group */
+
+#define CLIENT_APART 1024
 
 struct client_entry {
     uint16_t index;
@@ -42,7 +43,7 @@ struct bus {
     struct bus_slave slave[BUS_MAX_SLAVES];
     struct client_map map[BUS_MAX_SLAVES][2]; /* by enum bus_direction */
 
-    struct segment segment;
+    struct rack rack;
     struct wire wire;
 
     /* Beside the process data: one thing at a time, on the fiber (client_jobs.c). */
@@ -54,8 +55,6 @@ struct bus {
     struct bus_startup *startup;
     size_t startup_count;
     struct faults *faults; /* at the wire from the first fault on */
-    struct slave *slaves;
-    void *devices[BUS_MAX_SLAVES];
 
     ecx_contextt context;
     ecx_portt port;
@@ -75,6 +74,8 @@ struct bus {
     ec_eepromSMt eepsm;
     ec_eepromFMMUt eepfmmu;
     uint8 iomap[CLIENT_IMAGE_MAX];
+    /* Copies between places that are nearly a multiple of 4 KiB apart are many times slower. */
+    uint8_t apart[CLIENT_APART];
 
     /* What the user of bus.h reads and writes, laid out like iomap. SOEM copies a returning LRW
      * over outputs and inputs alike; outputs written since the send must survive that. */

@@ -57,10 +57,11 @@ int bus_expected_wkc(const struct bus *bus)
 
 int bus_set_input(struct bus *bus, size_t slave, unsigned channel, int64_t value)
 {
-    const struct slave *s = &bus->slaves[slave];
+    struct slave *s = &bus->rack.slaves[slave];
 
     if (slave >= bus->slave_count || !s->type->set_input)
         return -EINVAL;
+    slave_advance(s, bus->clock.now_ns);
     return s->type->set_input(s->device, channel, value);
 }
 

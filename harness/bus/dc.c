@@ -8,6 +8,7 @@ enum {
     CRYSTAL_PPB = 20000,  /* slaves differ by up to this, either way */
     TRIM_PPB = 200000,    /* what the control loop may do to the clock */
     LOCK_IN_NS = 1000000, /* beyond this the loop only pulls at its limit */
+    PULL_SHIFT = 12,      /* binary digits of the pull behind the point */
     SETTLE = 16,          /* comparisons in which a difference is worked off */
     NS_PER_S = 1000000000,
     SLACK_NS = 2, /* rounding of a rate */
@@ -31,7 +32,7 @@ void dc_power_on(struct slave *slave)
 {
     struct dc *dc = &slave->dc;
 
-    dc->anchor_ns = slave->now_ns;
+    dc->anchor_ns = slave->frame_ns;
     dc->anchor_local = dc->born_local;
     dc->trim_ppb = dc->integral_ppb = dc->mean = 0;
     dc->compared_ns = 0;
@@ -40,6 +41,8 @@ void dc_power_on(struct slave *slave)
 /* Whole seconds apart, so that years do not overflow. */
 static int64_t gained(int64_t passed, int64_t ppb)
 {
+    if (passed < NS_PER_S && passed >= 0)
+        return passed * ppb / NS_PER_S;
     return passed / NS_PER_S * ppb + passed % NS_PER_S * ppb / NS_PER_S;
 }
 
@@ -52,7 +55,7 @@ static int64_t rate(const struct slave *slave)
 int64_t dc_local_time(const struct slave *slave)
 {
     const struct dc *dc = &slave->dc;
-    int64_t passed = (int64_t)(slave->now_ns - dc->anchor_ns);
+    int64_t passed = (int64_t)(slave->frame_ns - dc->anchor_ns);
 
     return dc->anchor_local + passed + gained(passed, rate(slave));
 }
@@ -67,12 +70,12 @@ uint64_t dc_when(const struct slave *slave, uint64_t system_time)
     int64_t ahead = (int64_t)(system_time - dc_system_time(slave));
 
     if (ahead <= 0)
-        return slave->now_ns;
+        return slave->frame_ns;
     /* Far ahead half the way will do. */
     if (ahead > FAR_NS)
-        return slave->now_ns + (uint64_t)ahead / 2;
+        return slave->frame_ns + (uint64_t)ahead / 2;
     ahead -= gained(ahead, rate(slave));
-    return slave->now_ns + (uint64_t)(ahead > SLACK_NS ? ahead - SLACK_NS : 1);
+    return slave->frame_ns + (uint64_t)(ahead > SLACK_NS ? ahead - SLACK_NS : 1);
 }
 
 void dc_refresh(struct slave *slave, uint16_t address, size_t length)
@@ -105,19 +108,19 @@ bool dc_latch_ports(struct slave *slave, uint16_t address, const uint8_t *data, 
     return true;
 }
 
-static void set_trim(struct slave *slave, int64_t trim)
+static void set_trim(struct slave *slave, int64_t local, int64_t trim)
 {
     struct dc *dc = &slave->dc;
 
-    dc->anchor_local = dc_local_time(slave);
-    dc->anchor_ns = slave->now_ns;
+    dc->anchor_local = local;
+    dc->anchor_ns = slave->frame_ns;
     dc->trim_ppb = trim;
     sync_schedule(slave);
 }
 
 void dc_rebase(struct slave *slave)
 {
-    set_trim(slave, slave->dc.trim_ppb);
+    set_trim(slave, dc_local_time(slave), slave->dc.trim_ppb);
 }
 
 /* How far off a frame is stamped: the same at the same moment, so that runs repeat. */
@@ -127,7 +130,8 @@ static int64_t jitter(const struct slave *slave)
 
     if (!most)
         return 0;
-    return (int64_t)(spread(slave->now_ns ^ slave->faults.jitter_seed) % (2 * (uint64_t)most + 1)) -
+    return (int64_t)(spread(slave->frame_ns ^ slave->faults.jitter_seed) %
+                     (2 * (uint64_t)most + 1)) -
            most;
 }
 
@@ -136,29 +140,35 @@ static int64_t clamp(int64_t value, int64_t limit)
     return value > limit ? limit : value < -limit ? -limit : value;
 }
 
-/* Drift compensation: the received time is the reference clock's when the frame passed it. */
-static void compare(struct slave *slave, uint32_t received)
+/* Drift compensation: the received time is the reference clock's when the frame passed it. A
+ * difference is worked off in SETTLE intervals like the last one. */
+void dc_follow(struct slave *slave, uint32_t received)
 {
     struct dc *dc = &slave->dc;
+    int64_t local = dc_local_time(slave);
     uint32_t delay = get_u32(slave->memory + REG_DC_DELAY);
-    int32_t difference =
-        (int32_t)((uint32_t)(dc_system_time(slave) + (uint64_t)jitter(slave)) - delay - received);
-    uint64_t passed = slave->now_ns - dc->compared_ns;
+    uint32_t system = (uint32_t)(local + jitter(slave)) + get_u32(slave->memory + REG_DC_OFFSET);
+    int32_t difference = (int32_t)(system - delay - received);
+    uint64_t passed = slave->frame_ns - dc->compared_ns;
     int64_t pull;
 
-    dc->mean += (difference - dc->mean) / (1 << (slave->memory[REG_DC_FILTER] & 0x0f));
-    dc->compared_ns = slave->now_ns;
+    dc->mean += (difference - dc->mean) >> (slave->memory[REG_DC_FILTER] & 0x0f);
+    dc->compared_ns = slave->frame_ns;
     if (!passed)
         return;
     if (passed > FAR_NS)
         passed = FAR_NS;
+    if (passed != dc->interval_ns) {
+        dc->interval_ns = passed;
+        dc->pull = ((int64_t)NS_PER_S << PULL_SHIFT) / (int64_t)(passed * SETTLE);
+    }
     if (difference > LOCK_IN_NS || difference < -LOCK_IN_NS) {
-        set_trim(slave, difference > 0 ? -TRIM_PPB : TRIM_PPB);
+        set_trim(slave, local, difference > 0 ? -TRIM_PPB : TRIM_PPB);
         return;
     }
-    pull = -(int64_t)difference * 1000000000 / (int64_t)(passed * SETTLE);
+    pull = -(difference * dc->pull) >> PULL_SHIFT;
     dc->integral_ppb = clamp(dc->integral_ppb + pull / SETTLE, TRIM_PPB);
-    set_trim(slave, clamp(dc->integral_ppb + pull, TRIM_PPB));
+    set_trim(slave, local, clamp(dc->integral_ppb + pull, TRIM_PPB));
 }
 
 bool dc_write_time(struct slave *slave, uint16_t address, const uint8_t *data, size_t length)
@@ -170,7 +180,7 @@ bool dc_write_time(struct slave *slave, uint16_t address, const uint8_t *data, s
         return true;
     put_u64(now, dc_system_time(slave));
     memcpy(now + offset, data, length);
-    compare(slave, get_u32(now));
+    dc_follow(slave, get_u32(now));
     return true;
 }
 
@@ -196,6 +206,6 @@ bool dc_write_speed(struct slave *slave, uint16_t address, const uint8_t *data, 
     memcpy(slave->memory + address, data, length);
     slave->dc.mean = 0;
     slave->dc.integral_ppb = 0;
-    set_trim(slave, 0);
+    set_trim(slave, dc_local_time(slave), 0);
     return true;
 }

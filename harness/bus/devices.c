@@ -8,9 +8,18 @@
 #include <string.h>
 
 extern const struct device_type dev_drive_cia402;
+extern const struct device_type dev_drive_cia402x2;
+extern const struct device_type dev_drive_heavy;
+extern const struct device_type dev_drive_rotary;
+extern const struct device_type dev_drive_ideal;
+extern const struct device_type dev_tgz_1;
+extern const struct device_type dev_tgz_2;
+extern const struct device_type dev_tgz_1_native;
+extern const struct device_type dev_tgz_2_native;
 
 static const struct device_type *const drives[] = {
-    &dev_drive_cia402,
+    &dev_drive_cia402, &dev_drive_cia402x2, &dev_drive_heavy,  &dev_drive_rotary, &dev_drive_ideal,
+    &dev_tgz_1,        &dev_tgz_2,          &dev_tgz_1_native, &dev_tgz_2_native,
 };
 #define DRIVES (sizeof drives / sizeof *drives)
 

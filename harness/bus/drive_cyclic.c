@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /* The cyclic synchronous modes. The master sends a set point every cycle; the drive walks from one
  * to the next in a straight line while the cycle lasts. */
+#include "bus/axis_step.h"
 #include "bus/drive.h"
 
 #include <stddef.h>
@@ -43,31 +44,51 @@ static void hold_position(struct drive *drive)
     drive->demand_velocity = 0.0;
 }
 
+static double position_set_point(struct drive *drive)
+{
+    if (drive->fine) {
+        drive->target = drive_increments(drive, drive->fine_set_point);
+        return drive->fine_set_point;
+    }
+    drive->target = drive_unwrap(drive, drive->o.target_position, drive->target);
+    return (double)drive->target * drive->per_increment;
+}
+
+static bool out_of_reach(const struct drive *drive, double velocity)
+{
+    double limit = drive->axis.speed_limit;
+
+    return drive->model->error_step && (velocity > limit || velocity < -limit);
+}
+
 static void csp_command(struct drive *drive, uint64_t now_ns)
 {
-    double end;
-
     measure(drive, now_ns);
-    drive->target = drive_unwrap(drive, drive->o.target_position, drive->target);
+    drive->end = drive_within(drive, position_set_point(drive));
     drive->steps_left = steps_per_cycle(drive);
-    end = (double)drive->target / AXIS_INCREMENTS;
-    drive->demand_velocity = (end - drive->demand) / (drive->steps_left * AXIS_STEP_S);
+    drive->demand_velocity = (drive->end - drive->demand) / (drive->steps_left * AXIS_STEP_S);
+    if (out_of_reach(drive, drive->demand_velocity))
+        drive_fault(drive, drive->model->error_step);
+}
+
+static uint32_t csp_run(struct drive *drive, uint32_t steps)
+{
+    struct axis_line line = { .demand = drive->demand,
+                              .velocity = drive->demand_velocity,
+                              .end = drive->end,
+                              .steps_left = drive->steps_left };
+    uint32_t done = axis_follow_line(&drive->axis, &line, drive_window(drive), steps);
+
+    drive->demand = line.demand;
+    drive->demand_velocity = line.velocity;
+    drive->steps_left = line.steps_left;
+    drive->positioned = true;
+    return done;
 }
 
 static void csp_step(struct drive *drive)
 {
-    if (drive->steps_left > 1) {
-        drive->demand += drive->demand_velocity * AXIS_STEP_S;
-        drive->steps_left--;
-    } else if (drive->steps_left == 1) {
-        /* The end of the line exactly, whatever the steps have rounded. */
-        drive->demand = (double)drive->target / AXIS_INCREMENTS;
-        drive->steps_left--;
-    } else {
-        drive->demand_velocity = 0.0;
-    }
-    drive->positioned = true;
-    axis_follow(&drive->axis, drive->demand, drive->demand_velocity);
+    csp_run(drive, 1);
 }
 
 static uint16_t csp_status(const struct drive *drive)
@@ -88,7 +109,8 @@ static void csv_start(struct drive *drive)
 static void csv_command(struct drive *drive, uint64_t now_ns)
 {
     measure(drive, now_ns);
-    drive->target_velocity = drive->o.target_velocity / AXIS_INCREMENTS;
+    drive->target_velocity =
+        drive->fine ? drive->fine_set_point : drive->o.target_velocity * drive->per_increment;
     drive->steps_left = steps_per_cycle(drive);
 }
 
@@ -100,7 +122,7 @@ static void csv_step(struct drive *drive)
         drive->steps_left--;
     }
     drive->demand = drive->axis.position;
-    axis_turn(&drive->axis, drive->demand_velocity);
+    axis_turn(&drive->axis, drive_inward(drive, drive->demand_velocity));
 }
 
 static void cst_start(struct drive *drive)
@@ -115,8 +137,16 @@ static void cst_command(struct drive *drive, uint64_t now_ns)
 
 static void cst_step(struct drive *drive)
 {
+    const struct drive_objects *o = &drive->o;
+    double torque =
+        drive->fine ? drive->fine_set_point : (o->target_torque + o->torque_offset) / 1000.0;
+
     drive_demand_actual(drive);
-    axis_push(&drive->axis, drive->o.target_torque / 1000.0);
+    /* At a software limit the axis is held instead of being pushed further out. */
+    if (torque != 0.0 && drive_inward(drive, torque) == 0.0)
+        axis_turn(&drive->axis, 0.0);
+    else
+        axis_push(&drive->axis, torque);
 }
 
 static uint16_t follows(const struct drive *drive)
@@ -125,9 +155,49 @@ static uint16_t follows(const struct drive *drive)
     return SW_MODE_12;
 }
 
-const struct drive_mode drive_cyclic_position = { DRIVE_CSP, hold_position, csp_command, csp_step,
-                                                  csp_status };
-const struct drive_mode drive_cyclic_velocity = { DRIVE_CSV, csv_start, csv_command, csv_step,
-                                                  follows };
-const struct drive_mode drive_cyclic_torque = { DRIVE_CST, cst_start, cst_command, cst_step,
-                                                follows };
+static bool interpolating(const struct drive *drive)
+{
+    return drive->o.controlword & CW_MODE_4;
+}
+
+/* As CSP, but set points count only while the master says so. */
+static void ip_command(struct drive *drive, uint64_t now_ns)
+{
+    if (interpolating(drive))
+        csp_command(drive, now_ns);
+}
+
+static uint16_t ip_status(const struct drive *drive)
+{
+    unsigned reached = csp_status(drive) & SW_TARGET_REACHED;
+
+    return (uint16_t)(reached | (interpolating(drive) ? SW_MODE_12 : 0));
+}
+
+const struct drive_mode drive_cyclic_position = { .number = DRIVE_CSP,
+                                                  .start = hold_position,
+                                                  .command = csp_command,
+                                                  .step = csp_step,
+                                                  .status = csp_status,
+                                                  .run = csp_run };
+const struct drive_mode drive_cyclic_velocity = { .number = DRIVE_CSV,
+                                                  .start = csv_start,
+                                                  .command = csv_command,
+                                                  .step = csv_step,
+                                                  .status = follows };
+const struct drive_mode drive_cyclic_torque = { .number = DRIVE_CST,
+                                                .start = cst_start,
+                                                .command = cst_command,
+                                                .step = cst_step,
+                                                .status = follows };
+const struct drive_mode drive_interpolated_position = { .number = DRIVE_IP,
+                                                        .start = hold_position,
+                                                        .command = ip_command,
+                                                        .step = csp_step,
+                                                        .status = ip_status,
+                                                        .run = csp_run };
+const struct drive_mode drive_profile_torque = { .number = DRIVE_TQ,
+                                                 .start = cst_start,
+                                                 .command = cst_command,
+                                                 .step = cst_step,
+                                                 .status = follows };

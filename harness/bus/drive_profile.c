@@ -4,7 +4,7 @@
 
 #include <math.h>
 
-enum { CW_NEW_SET_POINT = 1 << 4, CW_AT_ONCE = 1 << 5, CW_RELATIVE = 1 << 6 };
+enum { CW_AT_ONCE = 1 << 5, CW_RELATIVE = 1 << 6 };
 
 /* The fastest that still stops in `distance`, counting in whole sub-steps. */
 static double braking_speed(double distance, double deceleration)
@@ -24,7 +24,7 @@ bool drive_travel(struct drive *drive, double position, double speed, double acc
     double now = drive->demand_velocity < 0 ? -drive->demand_velocity : drive->demand_velocity;
     double rate = wanted < now ? deceleration : acceleration;
 
-    if (ahead * AXIS_INCREMENTS <= 1.0 && now <= 2 * deceleration * AXIS_STEP_S) {
+    if (ahead * drive->increments <= 1.0 && now <= 2 * deceleration * AXIS_STEP_S) {
         drive->demand = position;
         drive->demand_velocity = 0.0;
         drive_ramp(drive, 0.0, deceleration);
@@ -40,7 +40,7 @@ static void pp_start(struct drive *drive)
     drive->target = drive_actual(drive);
     drive->moving = drive->buffered = false;
     /* A new-set-point bit that is already up is not an edge. */
-    drive->acknowledged = drive->o.controlword & CW_NEW_SET_POINT;
+    drive->acknowledged = drive->o.controlword & CW_MODE_4;
 }
 
 static int64_t pp_set_point(const struct drive *drive)
@@ -52,7 +52,7 @@ static int64_t pp_set_point(const struct drive *drive)
 
 static void pp_command(struct drive *drive, uint64_t now_ns)
 {
-    bool asked = drive->o.controlword & CW_NEW_SET_POINT;
+    bool asked = drive->o.controlword & CW_MODE_4;
 
     (void)now_ns;
     if (!asked) {
@@ -74,18 +74,24 @@ static void pp_command(struct drive *drive, uint64_t now_ns)
     drive->moving = true;
 }
 
+static uint32_t profile_velocity(const struct drive_objects *o)
+{
+    return o->profile_velocity < o->max_profile_velocity ? o->profile_velocity
+                                                         : o->max_profile_velocity;
+}
+
 static void pp_step(struct drive *drive)
 {
     const struct drive_objects *o = &drive->o;
-    double deceleration = drive_revolutions(o->deceleration);
+    double deceleration = drive_revolutions(drive, o->deceleration);
+    double target = drive_within(drive, (double)drive->target * drive->per_increment);
 
     if (!drive->moving || (o->controlword & CW_HALT)) {
         drive_ramp(drive, 0.0, deceleration);
         return;
     }
-    if (!drive_travel(drive, (double)drive->target / AXIS_INCREMENTS,
-                      drive_revolutions(o->profile_velocity), drive_revolutions(o->acceleration),
-                      deceleration))
+    if (!drive_travel(drive, target, drive_revolutions(drive, profile_velocity(o)),
+                      drive_revolutions(drive, o->acceleration), deceleration))
         return;
     drive->moving = drive->buffered;
     if (drive->buffered) {
@@ -121,7 +127,12 @@ static void pv_command(struct drive *drive, uint64_t now_ns)
 
 static double pv_target(const struct drive *drive)
 {
-    return drive->o.controlword & CW_HALT ? 0.0 : drive->o.target_velocity / AXIS_INCREMENTS;
+    double limit = drive_revolutions(drive, drive->o.max_profile_velocity);
+    double target = drive->o.target_velocity * drive->per_increment;
+
+    if (drive->o.controlword & CW_HALT)
+        return 0.0;
+    return drive_inward(drive, target > limit ? limit : target < -limit ? -limit : target);
 }
 
 static void pv_step(struct drive *drive)
@@ -131,7 +142,7 @@ static void pv_step(struct drive *drive)
     bool faster = target > now ? now >= 0 : now <= 0;
 
     drive_ramp(drive, target,
-               drive_revolutions(faster ? drive->o.acceleration : drive->o.deceleration));
+               drive_revolutions(drive, faster ? drive->o.acceleration : drive->o.deceleration));
 }
 
 static uint16_t pv_status(const struct drive *drive)
@@ -145,7 +156,13 @@ static uint16_t pv_status(const struct drive *drive)
     return (uint16_t)word;
 }
 
-const struct drive_mode drive_profile_position = { DRIVE_PP, pp_start, pp_command, pp_step,
-                                                   pp_status };
-const struct drive_mode drive_profile_velocity = { DRIVE_PV, pv_start, pv_command, pv_step,
-                                                   pv_status };
+const struct drive_mode drive_profile_position = { .number = DRIVE_PP,
+                                                   .start = pp_start,
+                                                   .command = pp_command,
+                                                   .step = pp_step,
+                                                   .status = pp_status };
+const struct drive_mode drive_profile_velocity = { .number = DRIVE_PV,
+                                                   .start = pv_start,
+                                                   .command = pv_command,
+                                                   .step = pv_step,
+                                                   .status = pv_status };

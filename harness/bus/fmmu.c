@@ -149,6 +149,7 @@ static unsigned run_mappings(struct slave *slave, uint32_t address, uint8_t *to,
         if (!((reads && fmmu->reads) || (writes && fmmu->writes)) ||
             !overlap_of(fmmu, address, length, &o))
             continue;
+        slave_catch_up(slave);
         /* Old content goes out, new content comes in: read first. */
         if (reads && fmmu->reads && map_read(slave, fmmu, &o, to))
             done |= 1;

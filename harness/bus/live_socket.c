@@ -198,6 +198,7 @@ static int examine(const char *interface, bool real_network, struct link *link, 
     return error;
 }
 
+/* A socket for one protocol does not see what it sends itself. */
 static int attach(int fd, const struct link *link)
 {
     const struct sockaddr_ll address = { .sll_family = AF_PACKET,
@@ -208,10 +209,7 @@ static int attach(int fd, const struct link *link)
     /* These two only make it faster. */
     setsockopt(fd, SOL_SOCKET, SO_RCVBUFFORCE, &buffer, sizeof buffer);
     setsockopt(fd, SOL_PACKET, PACKET_QDISC_BYPASS, &on, sizeof on);
-    if (setsockopt(fd, SOL_PACKET, PACKET_IGNORE_OUTGOING, &on, sizeof on) != 0 ||
-        bind(fd, (const struct sockaddr *)&address, sizeof address) != 0)
-        return -errno;
-    return 0;
+    return bind(fd, (const struct sockaddr *)&address, sizeof address) != 0 ? -errno : 0;
 }
 
 int live_socket(const char *interface, bool real_network, char why[LIVE_WHY])

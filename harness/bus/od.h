@@ -97,7 +97,7 @@ struct od_object {
 
 /* PDO assignment and mapping of one direction, in the device instance. */
 #define PDO_MAX_ASSIGN  4
-#define PDO_MAX_ENTRIES 12
+#define PDO_MAX_ENTRIES 16
 #define PDO_MAX_COPIES  (PDO_MAX_ASSIGN * PDO_MAX_ENTRIES)
 
 struct pdo_map {
@@ -110,10 +110,11 @@ struct pdo_assign {
     uint16_t pdo[PDO_MAX_ASSIGN];
 };
 
-/* A mapping resolved into moves between instance and process image. */
+/* A mapping resolved into moves between instance and process image, sorted by size. */
 struct pdo_image {
     uint16_t bits;
     uint8_t count;
+    uint8_t fours, twos; /* moves up to the last of four and of two bytes */
     struct pdo_copy {
         uint16_t image, object; /* byte offsets */
         uint8_t bytes;
@@ -125,8 +126,9 @@ enum pdo_direction { PDO_RX, PDO_TX }; /* outputs, inputs */
 /* Where the PDO objects of a device live. All zero but for `resolve` and `image_offset` when the
  * device resolves its mapping itself. */
 struct od_pdo {
-    uint16_t assign_index; /* 0x1C12 or 0x1C13 */
-    uint16_t map_first;    /* index of maps[0]; the others follow */
+    uint16_t assign_index;    /* 0x1C12 or 0x1C13 */
+    uint16_t map_first;       /* index of maps[0]; the others follow */
+    const uint16_t *map_list; /* instead: the indices of all; NULL: map_first */
     uint8_t map_count;
     uint32_t assign_offset; /* struct pdo_assign */
     uint32_t map_offset;    /* struct pdo_map [map_count] */

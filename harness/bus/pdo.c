@@ -14,9 +14,13 @@ static struct pdo_assign *assign_of(const struct od_pdo *pdo, void *device)
 
 static struct pdo_map *map_of(const struct od_pdo *pdo, void *device, uint16_t index)
 {
-    if (index < pdo->map_first || index >= pdo->map_first + pdo->map_count)
-        return NULL;
-    return (struct pdo_map *)((uint8_t *)device + pdo->map_offset) + (index - pdo->map_first);
+    struct pdo_map *maps = (struct pdo_map *)((uint8_t *)device + pdo->map_offset);
+
+    for (unsigned i = 0; i < pdo->map_count; i++) {
+        if (index == (pdo->map_list ? pdo->map_list[i] : pdo->map_first + i))
+            return &maps[i];
+    }
+    return NULL;
 }
 
 static uint32_t check_mapped(const struct od *od, const struct od_pdo *pdo, uint32_t entry,
@@ -106,6 +110,25 @@ static uint32_t append(const struct od *od, const struct od_pdo *pdo, uint32_t e
     return SDO_OK;
 }
 
+/* Large ones first, and otherwise in order: of an object mapped twice the last value counts. */
+static void sort_by_size(struct pdo_image *image)
+{
+    for (unsigned i = 1; i < image->count; i++) {
+        struct pdo_copy copy = image->copy[i];
+        unsigned at = i;
+
+        for (; at && image->copy[at - 1].bytes < copy.bytes; at--)
+            image->copy[at] = image->copy[at - 1];
+        image->copy[at] = copy;
+    }
+    for (unsigned i = 0; i < image->count; i++) {
+        if (image->copy[i].bytes == 4)
+            image->fours = (uint8_t)(i + 1);
+        if (image->copy[i].bytes >= 2)
+            image->twos = (uint8_t)(i + 1);
+    }
+}
+
 uint16_t pdo_resolve(const struct od *od, void *device, enum pdo_direction direction)
 {
     const struct od_pdo *pdo = &od->pdo[direction];
@@ -126,42 +149,43 @@ uint16_t pdo_resolve(const struct od *od, void *device, enum pdo_direction direc
                 return refusal;
         }
     }
+    sort_by_size(image);
     return image->bits / 8 > pdo->max_bytes ? refusal : 0;
 }
 
+static void move(uint8_t *to, const uint8_t *from, unsigned bytes)
+{
 #if __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__
-static void move(uint8_t *to, const uint8_t *from, unsigned bytes)
-{
-    /* Fixed sizes compile to single moves. */
-    if (bytes == 4)
-        memcpy(to, from, 4);
-    else if (bytes == 2)
-        memcpy(to, from, 2);
-    else
-        *to = *from;
-}
+    memcpy(to, from, bytes);
 #else
-static void move(uint8_t *to, const uint8_t *from, unsigned bytes)
-{
     for (unsigned i = 0; i < bytes; i++)
         to[i] = from[bytes - 1 - i];
-}
 #endif
+}
 
 void pdo_outputs_to_objects(const struct od *od, void *device, const uint8_t *data)
 {
     const struct pdo_image *image = pdo_image(od, device, PDO_RX);
+    const struct pdo_copy *c = image->copy;
 
-    for (unsigned i = 0; i < image->count; i++)
-        move((uint8_t *)device + image->copy[i].object, data + image->copy[i].image,
-             image->copy[i].bytes);
+    /* Fixed sizes compile to single moves. */
+    for (; c < image->copy + image->fours; c++)
+        move((uint8_t *)device + c->object, data + c->image, 4);
+    for (; c < image->copy + image->twos; c++)
+        move((uint8_t *)device + c->object, data + c->image, 2);
+    for (; c < image->copy + image->count; c++)
+        move((uint8_t *)device + c->object, data + c->image, 1);
 }
 
 void pdo_objects_to_inputs(const struct od *od, const void *device, uint8_t *data)
 {
     const struct pdo_image *image = pdo_image(od, device, PDO_TX);
+    const struct pdo_copy *c = image->copy;
 
-    for (unsigned i = 0; i < image->count; i++)
-        move(data + image->copy[i].image, (const uint8_t *)device + image->copy[i].object,
-             image->copy[i].bytes);
+    for (; c < image->copy + image->fours; c++)
+        move(data + c->image, (const uint8_t *)device + c->object, 4);
+    for (; c < image->copy + image->twos; c++)
+        move(data + c->image, (const uint8_t *)device + c->object, 2);
+    for (; c < image->copy + image->count; c++)
+        move(data + c->image, (const uint8_t *)device + c->object, 1);
 }

@@ -36,8 +36,12 @@ static bool clear_lost_links(struct slave *slave, uint16_t address, const uint8_
 static void clear_event(struct slave *slave, unsigned event)
 {
     uint8_t *r = slave->memory + REG_ECAT_EVENT;
+    unsigned events = get_u16(r);
 
-    put_u16(r, get_u16(r) & ~event);
+    if (!(events & event))
+        return;
+    put_u16(r, events & ~event);
+    slave_changed(slave);
 }
 
 static void read_dl_status(struct slave *slave, uint16_t address, size_t length)
@@ -98,11 +102,15 @@ static void read_events(struct slave *slave, uint16_t address, size_t length)
     put_u16(r, (get_u16(r) & (EVENT_SM0 - 1u)) | sm_events(slave));
 }
 
-uint16_t slave_irq(const struct slave *slave)
+uint16_t slave_irq(struct slave *slave)
 {
     unsigned mask = get_u16(slave->memory + REG_ECAT_EVENT_MASK);
-    unsigned events = get_u16(slave->memory + REG_ECAT_EVENT) & (EVENT_SM0 - 1u);
+    unsigned events;
 
+    /* Link events come from outside, all others may come with the time. */
+    if (mask & ~(unsigned)EVENT_DL_STATUS)
+        slave_catch_up(slave);
+    events = get_u16(slave->memory + REG_ECAT_EVENT) & (EVENT_SM0 - 1u);
     if (mask >= EVENT_SM0)
         events |= sm_events(slave);
     return (uint16_t)(events & mask);
@@ -310,6 +318,8 @@ bool registers_write(struct slave *slave, uint32_t address, const uint8_t *data,
 {
     bool any = false;
 
+    if (address < REG_DC_PORT_TIME)
+        slave_changed(slave);
     for (size_t i = first_row(address); i < ROWS && rows[i].first < address + length; i++) {
         struct part p;
 
@@ -375,6 +385,7 @@ void registers_reset(struct slave *slave)
     memset(slave->sm, 0, sizeof slave->sm);
     memset(slave->fmmu, 0, sizeof slave->fmmu);
     slave->sm_end = slave->fmmu_end = 0;
+    slave_changed(slave);
     watchdog_configure(slave);
     sync_reset(slave);
     ports_reset(slave);

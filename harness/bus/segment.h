@@ -9,6 +9,8 @@
 #ifndef HARNESS_BUS_SEGMENT_H
 #define HARNESS_BUS_SEGMENT_H
 
+#include "bus/plan.h"
+
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -43,10 +45,11 @@ struct segment {
     struct route route[2];        /* by port; they hold until routes_until_ns */
     uint64_t routes_until_ns;
     size_t damage; /* cable on which the next frame is damaged, or SEGMENT_NO_CABLE */
+    struct plans plans;
 };
 
 /* Wires the slaves (initialised by slave_init, at most SEGMENT_SLAVES: more are left out) into a
- * line: link states, delays. */
+ * line: link states, delays. The segment must stay where it is. */
 void segment_init(struct segment *segment, struct slave *slaves, size_t count);
 
 /* Connects or disconnects the master's port B. */

@@ -46,7 +46,8 @@ int slave_init(struct slave *slave, const struct slave_setup *setup)
                                    .seed = setup->seed,
                                    .serial = setup->serial,
                                    .stimuli = setup->stimuli,
-                                   .stimulus_count = setup->stimulus_count };
+                                   .stimulus_count = setup->stimulus_count,
+                                   .alias = setup->alias };
     struct sii_info sii = *type->sii;
 
     take_identity(&sii, setup->identity);
@@ -80,6 +81,7 @@ static void forget(struct slave *slave)
     al_fall(slave, AL_INIT, AL_CODE_NONE);
     slave->sii_busy_until = 0;
     slave->outputs_fresh = false;
+    slave_changed(slave);
     registers_reset(slave);
     if (slave->type->od)
         od_reset(slave->type->od, slave->device);
@@ -124,14 +126,6 @@ static void find_due(struct slave *slave)
     slave->due_ns = earlier(due, slave->sync.due_ns);
 }
 
-/* Time passes for the device first, so that an event finds it as it is at that very moment. */
-static void pass(struct slave *slave, uint64_t now_ns)
-{
-    slave->now_ns = now_ns;
-    if (slave->type->step)
-        slave->type->step(slave->device, now_ns);
-}
-
 static void run_due(struct slave *slave)
 {
     al_run(slave);
@@ -143,29 +137,20 @@ static void run_due(struct slave *slave)
     find_due(slave);
 }
 
-static void publish_inputs(struct slave *slave)
-{
-    unsigned n = (unsigned)slave->input_sm;
-
-    if (slave->input_sm < 0 || !slave->sm[n].enabled || !slave->sm[n].usable)
-        return;
-    /* A processor writes inputs from SAFEOP on; a plain digital port always shows its pins. */
-    if (slave->state < AL_SAFEOP && !slave->type->al_emulation)
-        return;
-    slave->type->inputs(slave->device, syncman_device_fill(slave, n), slave->sm[n].length);
-    syncman_device_done(slave, n);
-}
-
 void slave_advance(struct slave *slave, uint64_t now_ns)
 {
+    slave->behind = false;
     if (now_ns < slave->now_ns)
         return;
+    /* Time passes for the device first, so that an event finds it as it is at that very moment. */
     while (slave->due_ns <= now_ns) {
-        pass(slave, earlier(slave->due_ns > slave->now_ns ? slave->due_ns : slave->now_ns, now_ns));
+        slave->frame_ns = slave->due_ns > slave->now_ns ? slave->due_ns : slave->now_ns;
+        slave_pass(slave, slave->frame_ns);
         run_due(slave);
     }
-    pass(slave, now_ns);
-    publish_inputs(slave);
+    slave->frame_ns = now_ns;
+    slave_pass(slave, now_ns);
+    slave_publish_inputs(slave);
 }
 
 void slave_disturb(struct slave *slave, const struct slave_faults *faults)
@@ -218,12 +203,20 @@ bool slave_is_addressed(const struct slave *slave, uint16_t station)
             station == get_u16(m + REG_STATION_ALIAS));
 }
 
+/* The distributed clock runs by itself: its times interest only devices that wait for pulses. */
+static bool needs_life(const struct slave *slave, uint16_t address, size_t length)
+{
+    return address < REG_DC_PORT_TIME || address + length > REG_DC_CUC || slave_awaits_pulse(slave);
+}
+
 /* One access is cut at the borders of the register file, of sync managers and of the memory. */
 bool slave_read(struct slave *slave, uint16_t address, uint8_t *data, size_t length)
 {
     uint32_t at = address, end = (uint32_t)(address + length);
     bool any = false;
 
+    if (needs_life(slave, address, length))
+        slave_catch_up(slave);
     while (at < end && at < SLAVE_MEMORY) {
         size_t n = (end < SLAVE_MEMORY ? end : SLAVE_MEMORY) - at;
         uint8_t *to = data + (at - address);
@@ -253,6 +246,8 @@ bool slave_write(struct slave *slave, uint16_t address, const uint8_t *data, siz
     uint32_t at = address, end = (uint32_t)(address + length);
     bool any = false;
 
+    if (needs_life(slave, address, length))
+        slave_catch_up(slave);
     while (at < end && at < SLAVE_MEMORY) {
         size_t n = (end < SLAVE_MEMORY ? end : SLAVE_MEMORY) - at;
         const uint8_t *from = data + (at - address);

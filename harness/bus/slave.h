@@ -4,8 +4,9 @@
  * managers, FMMUs, AL state machine, mailbox, distributed clock, watchdog, SII.
  *
  * A slave knows nothing of frames and of its neighbours; the segment hands it single accesses. All
- * time is the virtual time given to slave_advance(); nothing happens between two calls that would
- * not have happened the same way with calls in between.
+ * time is the virtual time given to it; nothing happens between two calls that would not have
+ * happened the same way with calls in between. That is why a slave may lag: a frame only tells it
+ * the time (slave_meet), and the slave lives up to it when an access comes.
  */
 #ifndef HARNESS_BUS_SLAVE_H
 #define HARNESS_BUS_SLAVE_H
@@ -72,6 +73,8 @@ struct dc {
     int64_t drift_ppb;
     int64_t trim_ppb, integral_ppb;
     uint64_t compared_ns;
+    uint64_t interval_ns; /* between the last two comparisons */
+    int64_t pull;         /* ppb per ns of difference, for that interval */
     int64_t mean;
 };
 
@@ -110,38 +113,42 @@ struct dc_sync {
     uint64_t due_ns;  /* virtual time of the earliest that somebody waits for */
 };
 
+/* What a cycle touches comes first: with many slaves the cache lines count. */
 struct slave {
     const struct device_type *type;
     void *device;
-    uint64_t now_ns; /* virtual time at this slave */
+    uint64_t now_ns;   /* virtual time up to which this slave has lived */
+    uint64_t frame_ns; /* time of the frame at this slave; during an event, of the event */
     uint64_t due_ns; /* earliest of al, mailbox, watchdog, sync; may be too early, never too late */
+    uint32_t delay_ns; /* from the master to this slave's processing unit */
     bool powered;
+    bool behind; /* a frame is here and the slave has not lived up to it yet */
+    bool outputs_fresh;
     uint8_t state; /* AL state without error bit */
     int8_t output_sm, input_sm;
+    bool mute;         /* no logical command is processed, as with sync managers deactivated */
+    uint8_t protected; /* bit 0 registers, bit 1 everything */
+    uint8_t unlocked;  /* likewise, for the rest of this frame */
+    uint8_t sm_end;    /* one past the last enabled */
+    uint8_t fmmu_end;
+    bool fmmu_crossed; /* a read and a write mapping share logical bytes */
+
+    struct syncman sm[SLAVE_SMS];
+    struct watchdog watchdog;
+    struct dc dc;
+    struct dc_sync sync;
+    struct al al;
+    uint32_t *changes; /* see slave_changed() */
+    uint32_t logical_first, logical_last;
 
     struct port port[2];
-    uint32_t delay_ns; /* from the master to this slave's processing unit */
     int32_t
         port1_ns; /* from there until the frame is heard at port 1; negative: it came from there */
     uint64_t loops_until_ns; /* temporary loop settings hold until then */
     uint8_t loops_before;
-    bool rerouted;     /* loops have changed; for the segment to see */
-    bool mute;         /* no logical command is processed, as with sync managers deactivated */
-    uint8_t protected; /* bit 0 registers, bit 1 everything */
-    uint8_t unlocked;  /* likewise, for the rest of this frame */
+    bool rerouted; /* loops have changed; for the segment to see */
 
-    struct syncman sm[SLAVE_SMS];
-    uint8_t sm_end; /* one past the last enabled */
     struct fmmu fmmu[SLAVE_FMMUS];
-    uint8_t fmmu_end;
-    bool fmmu_crossed; /* a read and a write mapping share logical bytes */
-    uint32_t logical_first, logical_last;
-    bool outputs_fresh;
-
-    struct al al;
-    struct watchdog watchdog;
-    struct dc dc;
-    struct dc_sync sync;
     struct mailbox mailbox;
     uint64_t sii_busy_until;
     struct slave_faults faults;
@@ -171,7 +178,8 @@ void slave_power_on(struct slave *slave, uint64_t now_ns);
 /* Switched off: its machine is left to itself. */
 void slave_power_off(struct slave *slave, uint64_t now_ns);
 
-/* Lets virtual time at this slave pass up to now_ns; earlier times are ignored. */
+/* Lets virtual time at this slave pass up to now_ns; earlier times are ignored. Whoever reaches
+ * into a slave or its device without a frame calls this first. */
 void slave_advance(struct slave *slave, uint64_t now_ns);
 /* From now on these faults instead of those before. */
 void slave_disturb(struct slave *slave, const struct slave_faults *faults);
@@ -180,6 +188,26 @@ void slave_disturb(struct slave *slave, const struct slave_faults *faults);
 bool slave_drop(struct slave *slave, unsigned state, uint16_t code);
 /* The process data watchdog expires now. False: it does not run. */
 bool slave_expire(struct slave *slave);
+/* A frame is at this slave at now_ns: the time of the accesses that follow. */
+static inline void slave_meet(struct slave *slave, uint64_t now_ns)
+{
+    if (now_ns >= slave->frame_ns) {
+        slave->frame_ns = now_ns;
+        slave->behind = true;
+    }
+}
+static inline void slave_catch_up(struct slave *slave)
+{
+    if (slave->behind)
+        slave_advance(slave, slave->frame_ns);
+}
+/* Something that decides what frames do at this slave has changed: its registers below the
+ * distributed clock, its power, its place. Plans (plan.h) made before are void. */
+static inline void slave_changed(struct slave *slave)
+{
+    if (slave->changes)
+        ++*slave->changes;
+}
 /* To be called after a frame has passed: the device sees what the frame brought. */
 void slave_settle(struct slave *slave);
 
@@ -193,7 +221,8 @@ unsigned slave_exchange(struct slave *slave, uint16_t address, uint8_t *data, si
 unsigned slave_logical(struct slave *slave, uint32_t address, uint8_t *data, size_t length,
                        bool reads, bool writes);
 
-uint16_t slave_irq(const struct slave *slave);
+/* The event request a datagram takes along. */
+uint16_t slave_irq(struct slave *slave);
 bool slave_is_addressed(const struct slave *slave, uint16_t station);
 
 #endif

@@ -42,11 +42,7 @@ bool syncman_master_write(struct slave *slave, struct syncman *sm, uint32_t addr
                           const uint8_t *data, size_t length);
 /* What a master write at `address` would meet, without side effects: for bit-wise FMMUs. */
 uint8_t syncman_peek(const struct slave *slave, uint32_t address);
-/* Device side. Process data: the buffer to read from or to fill; _done makes it the latest. */
-const uint8_t *syncman_device_read(struct slave *slave, unsigned n);
-uint8_t *syncman_device_fill(struct slave *slave, unsigned n);
-void syncman_device_done(struct slave *slave, unsigned n);
-/* Device side, mailbox. */
+/* Device side, mailbox; process data: slave_cycle.h. */
 bool syncman_device_take(struct slave *slave, unsigned n, uint8_t *data, size_t room, size_t *size);
 bool syncman_device_put(struct slave *slave, unsigned n, const uint8_t *data, size_t length);
 /* Forgets what a mailbox holds. */
@@ -71,7 +67,6 @@ bool watchdog_write_registers(struct slave *slave, uint16_t address, const uint8
 bool watchdog_clear_counters(struct slave *slave, uint16_t address, const uint8_t *data,
                              size_t length);
 void watchdog_configure(struct slave *slave);
-void watchdog_trigger(struct slave *slave);
 void watchdog_run(struct slave *slave);
 
 /* dc.c */
@@ -87,6 +82,8 @@ uint64_t dc_when(const struct slave *slave, uint64_t system_time);
 void dc_refresh(struct slave *slave, uint16_t address, size_t length);
 bool dc_latch_ports(struct slave *slave, uint16_t address, const uint8_t *data, size_t length);
 bool dc_write_time(struct slave *slave, uint16_t address, const uint8_t *data, size_t length);
+/* As a write of the whole system time whose low half is `received`. */
+void dc_follow(struct slave *slave, uint32_t received);
 bool dc_write_speed(struct slave *slave, uint16_t address, const uint8_t *data, size_t length);
 void dc_refresh_speed(struct slave *slave, uint16_t address, size_t length);
 bool dc_write_offset(struct slave *slave, uint16_t address, const uint8_t *data, size_t length);
@@ -101,5 +98,7 @@ void sync_reset(struct slave *slave);
 /* Pulses up to now; also when the clock was set or changed its rate. */
 void sync_run(struct slave *slave);
 void sync_schedule(struct slave *slave);
+
+#include "bus/slave_cycle.h"
 
 #endif

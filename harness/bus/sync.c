@@ -41,7 +41,7 @@ static void pulse(struct slave *slave, unsigned signal)
 {
     slave->sync.pending[signal] = false;
     if (slave->type->sync)
-        slave->type->sync(slave->device, signal, slave->now_ns);
+        slave->type->sync(slave->device, signal, slave->frame_ns);
     else if (get_u16(slave->memory + REG_DC_PULSE) == 0)
         slave->memory[REG_DC_SYNC_STATUS + signal] = 1; /* never acknowledged */
 }
@@ -81,10 +81,10 @@ void sync_schedule(struct slave *slave)
         if (sync->next[signal] == SLAVE_NEVER || !enabled(slave, signal))
             continue;
         due = dc_when(slave, sync->next[signal]);
-        if (cycle0(slave) && cycle0(slave) < CLOSEST_NS && due < slave->now_ns + CLOSEST_NS)
-            due = slave->now_ns + CLOSEST_NS;
-        if (due <= slave->now_ns)
-            due = slave->now_ns + 1;
+        if (cycle0(slave) && cycle0(slave) < CLOSEST_NS && due < slave->frame_ns + CLOSEST_NS)
+            due = slave->frame_ns + CLOSEST_NS;
+        if (due <= slave->frame_ns)
+            due = slave->frame_ns + 1;
         if (due < sync->due_ns)
             sync->due_ns = due;
     }

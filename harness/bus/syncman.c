@@ -3,26 +3,14 @@
 
 #include <string.h>
 
-enum { NO_BUFFER = 3 };
+static unsigned index_of(const struct slave *slave, const struct syncman *sm)
+{
+    return (unsigned)(sm - slave->sm);
+}
 
 static uint8_t *sm_registers(struct slave *slave, const struct syncman *sm)
 {
-    return slave->memory + REG_SM + (size_t)(sm - slave->sm) * SM_SIZE;
-}
-
-static void publish_status(struct slave *slave, const struct syncman *sm, unsigned set,
-                           unsigned clear)
-{
-    uint8_t *status = sm_registers(slave, sm) + SM_STATUS;
-    unsigned value = *status & ~(unsigned)(SM_STATUS_FULL | SM_STATUS_BUFFER | SM_STATUS_READING |
-                                           SM_STATUS_WRITING | clear);
-
-    value |= set;
-    if (sm->mailbox && sm->full)
-        value |= SM_STATUS_FULL;
-    if (sm->buffered)
-        value |= (unsigned)sm->latest << 4;
-    *status = (uint8_t)value;
+    return slave->memory + REG_SM + (size_t)index_of(slave, sm) * SM_SIZE;
 }
 
 static void decode(struct slave *slave, struct syncman *sm)
@@ -45,13 +33,13 @@ static void decode(struct slave *slave, struct syncman *sm)
         sm->start >= REG_DIGITAL_OUT && !(r[SM_PDI_CONTROL] & SM_PDI_DEACTIVATE);
     sm->full = false;
     sm->open = false;
-    sm->latest = NO_BUFFER;
+    sm->latest = SYNCMAN_NO_BUFFER;
     sm->master_at = 0;
     sm->device_at = 1;
     /* What came in before is no longer where it was. */
     if (sm - slave->sm == slave->output_sm)
         slave->outputs_fresh = false;
-    publish_status(slave, sm, 0, 0xff);
+    syncman_publish(slave, index_of(slave, sm), 0, 0xff);
 }
 
 static void decode_written(struct slave *slave, unsigned n, const uint8_t *before)
@@ -124,15 +112,6 @@ struct syncman *syncman_at(struct slave *slave, uint32_t address, size_t limit, 
     return NULL;
 }
 
-static uint8_t free_buffer(const struct syncman *sm, uint8_t other)
-{
-    for (uint8_t i = 0; i < 3; i++) {
-        if (i != sm->latest && i != other)
-            return i;
-    }
-    return 0;
-}
-
 /* Opening at the first byte, closing at the last, nothing in between: shared by both directions.
  * Returns where the access lands in memory, NULL when it is refused. */
 static uint8_t *master_window(struct slave *slave, struct syncman *sm, uint32_t address,
@@ -165,7 +144,7 @@ bool syncman_master_read(struct slave *slave, struct syncman *sm, uint32_t addre
     if (sm->mailbox || sm->buffered) {
         if (sm->master_writes || (sm->mailbox && !sm->full))
             return false;
-        if (sm->buffered && sm->latest == NO_BUFFER)
+        if (sm->buffered && sm->latest == SYNCMAN_NO_BUFFER)
             return false;
         if (sm->buffered && address == sm->start)
             sm->master_at = sm->latest;
@@ -178,10 +157,10 @@ bool syncman_master_read(struct slave *slave, struct syncman *sm, uint32_t addre
         return true;
     if (sm->mailbox) {
         sm->full = false;
-        publish_status(slave, sm, SM_STATUS_READ, SM_STATUS_WRITTEN);
+        syncman_publish(slave, index_of(slave, sm), SM_STATUS_READ, SM_STATUS_WRITTEN);
         mailbox_fetched(slave);
     } else if (sm->buffered) {
-        publish_status(slave, sm, SM_STATUS_READ, SM_STATUS_WRITTEN);
+        syncman_publish(slave, index_of(slave, sm), SM_STATUS_READ, SM_STATUS_WRITTEN);
     }
     return true;
 }
@@ -190,19 +169,11 @@ static void master_wrote(struct slave *slave, struct syncman *sm)
 {
     if (sm->mailbox) {
         sm->full = true;
-        publish_status(slave, sm, SM_STATUS_WRITTEN, SM_STATUS_READ);
+        syncman_publish(slave, index_of(slave, sm), SM_STATUS_WRITTEN, SM_STATUS_READ);
         mailbox_request(slave);
         return;
     }
-    if (sm->buffered) {
-        sm->latest = sm->master_at;
-        sm->master_at = free_buffer(sm, sm->device_at);
-        publish_status(slave, sm, SM_STATUS_WRITTEN, SM_STATUS_READ);
-    }
-    if (sm->watchdog)
-        watchdog_trigger(slave);
-    if (sm - slave->sm == slave->output_sm)
-        slave->outputs_fresh = true;
+    syncman_written(slave, index_of(slave, sm));
 }
 
 bool syncman_master_write(struct slave *slave, struct syncman *sm, uint32_t address,
@@ -227,40 +198,10 @@ uint8_t syncman_peek(const struct slave *slave, uint32_t address)
         const struct syncman *sm = &slave->sm[n];
 
         if (sm->enabled && sm->buffered && address >= sm->start &&
-            address < (uint32_t)sm->start + sm->length && sm->latest != NO_BUFFER)
+            address < (uint32_t)sm->start + sm->length && sm->latest != SYNCMAN_NO_BUFFER)
             return slave->memory[address + (size_t)sm->latest * sm->length];
     }
     return address < SLAVE_MEMORY ? slave->memory[address] : 0;
-}
-
-const uint8_t *syncman_device_read(struct slave *slave, unsigned n)
-{
-    struct syncman *sm = &slave->sm[n];
-
-    if (!sm->buffered)
-        return slave->memory + sm->start;
-    sm->device_at = sm->latest == NO_BUFFER ? 0 : sm->latest;
-    return slave->memory + sm->start + (size_t)sm->device_at * sm->length;
-}
-
-uint8_t *syncman_device_fill(struct slave *slave, unsigned n)
-{
-    struct syncman *sm = &slave->sm[n];
-
-    if (!sm->buffered)
-        return slave->memory + sm->start;
-    sm->device_at = free_buffer(sm, sm->open ? sm->master_at : NO_BUFFER);
-    return slave->memory + sm->start + (size_t)sm->device_at * sm->length;
-}
-
-void syncman_device_done(struct slave *slave, unsigned n)
-{
-    struct syncman *sm = &slave->sm[n];
-
-    if (!sm->buffered)
-        return;
-    sm->latest = sm->device_at;
-    publish_status(slave, sm, SM_STATUS_WRITTEN, SM_STATUS_READ);
 }
 
 bool syncman_device_take(struct slave *slave, unsigned n, uint8_t *data, size_t room, size_t *size)
@@ -272,7 +213,7 @@ bool syncman_device_take(struct slave *slave, unsigned n, uint8_t *data, size_t 
     memcpy(data, slave->memory + sm->start, sm->length);
     *size = sm->length;
     sm->full = false;
-    publish_status(slave, sm, SM_STATUS_READ, SM_STATUS_WRITTEN);
+    syncman_publish(slave, index_of(slave, sm), SM_STATUS_READ, SM_STATUS_WRITTEN);
     return true;
 }
 
@@ -287,7 +228,7 @@ bool syncman_device_put(struct slave *slave, unsigned n, const uint8_t *data, si
     memset(to + length, 0, sm->length - length);
     sm->full = true;
     sm->open = false;
-    publish_status(slave, sm, SM_STATUS_WRITTEN, SM_STATUS_READ);
+    syncman_publish(slave, index_of(slave, sm), SM_STATUS_WRITTEN, SM_STATUS_READ);
     return true;
 }
 
@@ -297,7 +238,7 @@ void syncman_device_clear(struct slave *slave, unsigned n)
 
     sm->full = false;
     sm->open = false;
-    publish_status(slave, sm, 0, SM_STATUS_WRITTEN | SM_STATUS_READ);
+    syncman_publish(slave, index_of(slave, sm), 0, SM_STATUS_WRITTEN | SM_STATUS_READ);
 }
 
 void syncman_repeat_done(struct slave *slave)

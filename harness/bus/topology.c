@@ -124,6 +124,7 @@ static void wire_links(struct segment *segment)
 void topology_update(struct segment *segment, uint64_t now_ns)
 {
     segment->routes_until_ns = SLAVE_NEVER;
+    segment->plans.changes++;
     wire_links(segment);
     for (size_t i = 0; i < segment->count; i++) {
         struct slave *s = &segment->slaves[i];
@@ -223,5 +224,7 @@ void segment_init(struct segment *segment, struct slave *slaves, size_t count)
     segment->slaves = slaves;
     segment->count = count < SEGMENT_SLAVES ? count : SEGMENT_SLAVES;
     segment->damage = SEGMENT_NO_CABLE;
+    for (size_t i = 0; i < segment->count; i++)
+        slaves[i].changes = &segment->plans.changes;
     topology_update(segment, 0);
 }

@@ -37,21 +37,6 @@ bool watchdog_clear_counters(struct slave *slave, uint16_t address, const uint8_
     return true;
 }
 
-void watchdog_trigger(struct slave *slave)
-{
-    struct watchdog *wd = &slave->watchdog;
-
-    if (!wd->period_ns)
-        return;
-    if (!wd->running) {
-        wd->running = true;
-        publish(slave, true);
-    }
-    wd->deadline_ns = slave->now_ns + wd->period_ns;
-    if (wd->deadline_ns < slave->due_ns)
-        slave->due_ns = wd->deadline_ns;
-}
-
 void watchdog_run(struct slave *slave)
 {
     struct watchdog *wd = &slave->watchdog;

@@ -2,10 +2,13 @@
 #include <errno.h>
 #include <inttypes.h>
 #include <signal.h>
+#include <stdlib.h>
 #include <string.h>
+#include <sys/ioctl.h>
 #include <time.h>
 #include <unistd.h>
 
+#include "bus/faults.h"
 #include "bus/live.h"
 #include "bus/rack.h"
 #include "bus/view.h"
@@ -19,11 +22,12 @@
 struct bus_show {
     const struct command *command;
     struct rack rack;
+    struct faults *faults;
     struct live *live;
     struct capture capture;
     FILE *screen; /* standard error when the capture goes to standard output */
     bool terminal;
-    unsigned lines; /* of the picture on the terminal */
+    size_t lines; /* of the picture on the terminal */
     struct live_counts counted;
     uint64_t counted_ns;
     double frames_a_second;
@@ -105,22 +109,37 @@ static void print_summary(struct bus_show *show)
     if (counts->wkc > 0)
         fprintf(show->screen, "  wkc %u", counts->wkc);
     if (counts->dropped > 0)
-        fprintf(show->screen, "  %" PRIu64 " frames did not come back", counts->dropped);
+        fprintf(show->screen, "  %" PRIu64 " lost", counts->dropped);
 }
 
+/* Slaves that fit under each other; the picture must not scroll. */
+static size_t table_rows(const struct bus_show *show)
+{
+    struct winsize size;
+    const size_t count = show->rack.segment.count;
+    if (ioctl(fileno(show->screen), TIOCGWINSZ, &size) != 0 || size.ws_row == 0)
+        return count;
+    const size_t room = size.ws_row > 3 ? size.ws_row - 3u : 0;
+    return count <= room ? count : room;
+}
+
+/* Over the picture before it; lines are cut at the edge instead of wrapped. */
 static void draw_table(struct bus_show *show)
 {
+    const size_t rows = table_rows(show), count = show->rack.segment.count;
     if (show->lines > 0)
-        fprintf(show->screen, "\033[%uA", show->lines);
-    fprintf(show->screen, "\r\033[K%6.1f s  ", (double)live_now(show->live) * 1e-9);
+        fprintf(show->screen, "\033[%zuA", show->lines);
+    fprintf(show->screen, "\r\033[J\033[?7l%6.1f s  ", (double)live_now(show->live) * 1e-9);
     print_summary(show);
-    fputs("\n", show->screen);
-    for (size_t i = 0; i < show->rack.segment.count; i++) {
-        fputs("\033[K", show->screen);
+    fputc('\n', show->screen);
+    for (size_t i = 0; i < rows; i++) {
         print_slave(show->screen, i + 1, &show->view[i]);
-        fputs("\n", show->screen);
+        fputc('\n', show->screen);
     }
-    show->lines = (unsigned)show->rack.segment.count + 1;
+    if (rows < count)
+        fprintf(show->screen, "  and %zu more\n", count - rows);
+    fputs("\033[?7h", show->screen);
+    show->lines = 1 + rows + (rows < count);
 }
 
 /* Nothing is said while nothing happens. */
@@ -160,6 +179,9 @@ static void update(struct bus_show *show)
     else
         print_line(show);
     fflush(show->screen);
+    /* Whoever reads the capture from a pipe sees it now; an error is told at the end. */
+    if (capture_pcap(&show->capture) != NULL)
+        pcap_flush(&show->capture.pcap);
 }
 
 /* --- from the words to the end ------------------------------------------------------------------
@@ -198,12 +220,28 @@ static uint64_t wall_ns(void)
     return (uint64_t)t.tv_sec * 1000000000u + (uint64_t)t.tv_nsec;
 }
 
+/* Script time 0 is the moment the slaves begin to answer. */
+static int open_faults(struct bus_show *show, const char *path, uint64_t seed)
+{
+    char why[FAULTS_WHY];
+    char *text = read_text(show->command, "fault script", path);
+    if (text == NULL)
+        return EXIT_CALL;
+    const int r =
+        faults_open(&show->faults, text, strlen(text), path, &show->rack.segment, seed, why);
+    free(text);
+    if (r != 0)
+        return complain(show->command, "%s", why);
+    faults_begin(show->faults, 0);
+    return 0;
+}
+
 static int open_and_serve(struct bus_show *show, struct live_config *config, const char *pcap,
                           uint64_t for_ns)
 {
     const struct sigaction action = { .sa_handler = stop };
     char why[LIVE_WHY];
-    struct wire wire = { .segment = &show->rack.segment };
+    struct wire wire = { .segment = &show->rack.segment, .faults = show->faults };
     config->wire = &wire;
     if (live_open(&show->live, config, why) != 0)
         return complain(show->command, "%s", why);
@@ -215,8 +253,9 @@ static int open_and_serve(struct bus_show *show, struct live_config *config, con
     show->terminal = isatty(fileno(show->screen)) != 0;
     sigaction(SIGINT, &action, NULL);
     sigaction(SIGTERM, &action, NULL);
-    fprintf(show->screen, "bus  %zu slaves on %s, waiting for a master\n", show->rack.segment.count,
-            config->interface);
+    const size_t count = show->rack.segment.count;
+    fprintf(show->screen, "bus  %zu slave%s on %s, waiting for a master\n", count,
+            count == 1 ? "" : "s", config->interface);
     fflush(show->screen);
     int status = serve(show, for_ns);
     r = capture_close(&show->capture);
@@ -272,13 +311,15 @@ int command_bus(const struct command *command, int argc, char **argv)
     struct live_config live = { 0 };
     struct bus_device devices[BUS_MAX_SLAVES];
     struct bus_config config = { .devices = devices, .seed = DEFAULT_SEED };
-    const char *words[BUS_MAX_SLAVES], *timing = "instant", *pcap = NULL;
+    const char *words[BUS_MAX_SLAVES], *timing = "instant", *pcap = NULL, *faults = NULL;
     uint64_t for_ns = UINT64_MAX;
     const struct option table[] = {
         { "--interface", OPTION_TEXT, "NAME",
           "where the slaves answer: one end of a veth pair, a tap", &live.interface, 0, 0 },
         { "--for", OPTION_DURATION, "TIME", "as in 10s (default: until Ctrl-C)", &for_ns, 0, 0 },
         { "--pcap", OPTION_TEXT, "FILE", "capture for Wireshark, - for standard output", &pcap, 0,
+          0 },
+        { "--faults", OPTION_TEXT, "FILE", "what goes wrong, and when (docs/faults.md)", &faults, 0,
           0 },
         { "--timing", OPTION_TEXT, "HOW",
           "instant (default), or real: answers take their time on the wire", &timing, 0, 0 },
@@ -301,7 +342,10 @@ int command_bus(const struct command *command, int argc, char **argv)
     config.device_count = (size_t)count;
     if (rack_open(&show.rack, &config, why) != 0)
         return complain(command, "%s", why);
-    status = open_and_serve(&show, &live, pcap, for_ns);
+    status = faults != NULL ? open_faults(&show, faults, config.seed) : 0;
+    if (status == 0)
+        status = open_and_serve(&show, &live, pcap, for_ns);
+    faults_close(show.faults);
     capture_close(&show.capture);
     live_close(show.live);
     rack_close(&show.rack);

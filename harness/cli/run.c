@@ -14,7 +14,6 @@
 
 #define RECORD_MAX 64
 #define RUN_WHY    1024
-#define SCRIPT_MAX 1048576 /* bytes of a fault script */
 
 /* One run on its way: what was asked for and what has been shown so far. */
 struct run {
@@ -284,29 +283,6 @@ static int open_module(struct run *run, const struct profile *profile, const cha
     return EXIT_MODULE;
 }
 
-/* The whole file as a string; NULL, and the reason said, when that is not possible. */
-static char *read_script(const struct run *run, const char *path)
-{
-    FILE *file = fopen(path, "rb");
-    char *text = malloc(SCRIPT_MAX + 1);
-    size_t size = 0;
-    int error = file == NULL ? errno : text == NULL ? ENOMEM : 0;
-    if (error == 0) {
-        size = fread(text, 1, SCRIPT_MAX + 1, file);
-        error = ferror(file) ? EIO : size > SCRIPT_MAX ? EFBIG : 0;
-    }
-    if (file != NULL)
-        fclose(file);
-    if (error == 0 && memchr(text, '\0', size) == NULL) {
-        text[size] = '\0';
-        return text;
-    }
-    complain(run->command, "cannot read fault script '%s': %s", path,
-             error != 0 ? strerror(error) : "it is no text");
-    free(text);
-    return NULL;
-}
-
 static int refuse_self(const struct run *run, const char *option, const char *file,
                        const char *module)
 {
@@ -406,7 +382,7 @@ int command_run(const struct command *command, int argc, char **argv)
     run.experiment.host.product = product;
     if (record != NULL && (status = read_registers(&run, record)) != 0)
         return status;
-    if (faults != NULL && (script = read_script(&run, faults)) == NULL)
+    if (faults != NULL && (script = read_text(command, "fault script", faults)) == NULL)
         return EXIT_CALL;
     run.experiment.host.faults = script;
     run.experiment.host.faults_name = faults;

@@ -6,7 +6,6 @@
 
 #include <capstone/capstone.h>
 #include <stdlib.h>
-#include <string.h>
 
 #define MAX_INSNS  (1u << 18)
 #define MAX_OPS    (1u << 21)

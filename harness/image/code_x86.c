@@ -269,9 +269,15 @@ static void read_compare(struct reading *r)
         add(r, (struct code_op){ .kind = CODE_FLAGS });
 }
 
+/* Also of a segment register, which Capstone calls two bytes wide. */
+static unsigned pushed_bytes(const struct reading *r)
+{
+    return r->x86->prefix[2] == X86_PREFIX_OPSIZE ? 2 : r->word;
+}
+
 static void read_push(struct reading *r)
 {
-    unsigned width, bytes = r->x86->operands[0].size == 2 ? 2 : r->word;
+    unsigned width, bytes = pushed_bytes(r);
     const int reg = register_of(&r->x86->operands[0], &width);
     if (r->x86->operands[0].type == X86_OP_MEM)
         load(r, CODE_TEMP, &r->x86->operands[0], false);
@@ -280,7 +286,7 @@ static void read_push(struct reading *r)
 
 static void read_pop(struct reading *r)
 {
-    unsigned width, bytes = r->x86->operands[0].size == 2 ? 2 : r->word;
+    unsigned width, bytes = pushed_bytes(r);
     const int reg = register_of(&r->x86->operands[0], &width);
     pop(r, width == r->word ? reg : CODE_NONE, bytes);
     if (width != r->word)

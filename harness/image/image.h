@@ -272,9 +272,9 @@ struct image_routine {
     uint64_t
         size; /* bytes from its first instruction to the end of the last one that control reaches
                  without a gap, constants among and behind them included; 0: not known */
-    uint64_t stack; /* bytes that a call takes at most, return address and all functions of the
-                       module that it calls included, TG Motion's functions not. With a limit, what
-                       is known of it: it may take more */
+    uint64_t stack; /* bytes (whole words) that a call takes at most, return address and all
+                       functions of the module that it calls included, TG Motion's functions not.
+                       With a limit, what is known of it: it may take more */
     enum image_stack_limit limit;
     uint64_t where; /* with a limit: the instruction that it is about */
     bool outside;   /* it calls functions of TG Motion, whose stack comes on top */

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /*
- * image_child.c - work on hostile bytes in a process of its own.
+ * image_child.c - work on hostile bytes in a process of its own (docs/decisions.md, I3, I13).
  *
  * libdw and Capstone are large, are not ours, and read what the author of a module chose. Whatever
  * happens to them must not happen to the harness: the child has no system call but those that get

@@ -145,10 +145,12 @@ static void describe(struct stack *stack, struct image_routine *routine, uint32_
 {
     if (index == STACK_POINTER)
         return;
+    const uint64_t word = stack->code.machine.word;
     stack_graph(stack, index);
     const struct stack_function *function = &stack->functions[index];
     routine->size = function->size;
     routine->stack = function->total + stack->code.machine.call_bytes;
+    routine->stack = (routine->stack + word - 1) & ~(word - 1);
     routine->limit = function->limit;
     routine->where = function->where;
     routine->outside = function->outside;

@@ -3,9 +3,9 @@
  * stack.h - how deep the stack gets, from the machine code; private to stack*.c.
  *
  * Each function is walked along its control flow with what is known of the registers at each
- * instruction; calls make a graph of functions, and the longest way through it is the answer. A
- * depth is counted in bytes from the stack pointer at a function's first instruction downwards; a
- * depth that is kept is never too small.
+ * instruction; calls make a graph of functions, and the longest way through it is the answer
+ * (docs/decisions.md, I11). A depth is counted in bytes from the stack pointer at a function's
+ * first instruction downwards; a depth that is kept is never too small.
  *
  * What is taken for granted, because a module that breaks it is broken anyway: who is called gives
  * the stack pointer and the registers that the calling convention saves back as they were, and
@@ -39,7 +39,7 @@ struct stack_value {
     uint64_t table;
 };
 
-enum { STACK_SLOTS = 12, STACK_WIDEST = 8 };
+enum { STACK_SLOTS = 12, STACK_WIDEST = 8, STACK_MAX_INDEX = 65535 };
 
 /* Words in the stack that hold something worth knowing. */
 struct stack_slot {
@@ -105,22 +105,27 @@ struct stack {
 };
 
 /* stack_values.c */
-void stack_begin(const struct stack *stack, struct stack_state *state, uint8_t given);
 /* Executes the operations of an instruction. *own grows with what they reach. False when the stack
  * pointer is lost: *limit says why. */
 bool stack_execute(struct stack *stack, struct stack_state *state, const struct code_insn *insn,
                    uint64_t *own, enum image_stack_limit *limit);
-/* What the flags tell when the condition holds. */
+/* The index-th place that a STEPS or ENTRY value stands for. */
+bool stack_place(const struct stack *stack, const struct stack_value *value, uint64_t index,
+                 uint64_t *vaddr);
+
+/* stack_state.c */
+void stack_begin(const struct stack *stack, struct stack_state *state, uint8_t given);
+/* The word of the stack there, NULL when nothing is known of it. */
+const struct stack_value *stack_slot(const struct stack_state *state, uint8_t base, int64_t depth);
+/* What the flags tell when the condition holds, or does not. */
 void stack_refine(struct stack_state *state, enum code_condition condition, bool holds);
 /* False when nothing in *into changed. *deeper: the stack pointer did. */
 bool stack_join(const struct stack *stack, struct stack_state *into, const struct stack_state *from,
                 bool *deeper);
-/* What a call leaves unknown. */
+/* What a call leaves unknown; keep_first: not register 0. */
 void stack_called(const struct stack *stack, struct stack_state *state, bool keep_first);
+/* Which arguments are STACK_OUTSIDE, as for stack_begin(). */
 uint8_t stack_given(const struct stack *stack, const struct stack_state *state);
-/* The index-th place that a STEPS or ENTRY value stands for. */
-bool stack_place(const struct stack *stack, const struct stack_value *value, uint64_t index,
-                 uint64_t *vaddr);
 
 /* stack_walk.c */
 void stack_walk(struct stack *stack, size_t index);

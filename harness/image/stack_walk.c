@@ -10,7 +10,6 @@
 #include "image/stack.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 #define MAX_STEPS     (1u << 21) /* instructions executed, for a whole module */
 #define MAX_NODES     (1u << 16) /* instructions of one function */
@@ -397,7 +396,7 @@ static void step(struct walk *walk, uint32_t index)
         give_up(walk, limit, insn.vaddr);
 }
 
-/* ---- the size of its code ---- */
+/* ---- the size of its code (docs/decisions.md, I12) ---- */
 
 static int compare_ranges(const void *left, const void *right)
 {

@@ -24,6 +24,21 @@ function leaf                   /* 32: below the stack pointer, in the red zone 
         movq    $0, -24(%rsp)
         ret
 
+function byte_below             /* 8 + 24: whole words */
+        movb    $1, -17(%rsp)
+        ret
+
+function segment                /* 8 + 16: two words, though fs has two bytes */
+        pushq   %fs
+        pushq   %gs
+        addq    $16, %rsp
+        ret
+
+function half_word              /* 8 + 2, in whole words */
+        pushw   %di
+        popw    %di
+        ret
+
 function nested                 /* 8 + 8 + 56 */
         subq    $8, %rsp
         call    straight
