@@ -69,6 +69,8 @@ BUS_SRC := client.c client_cycle.c client_jobs.c client_map.c client_watch.c fib
     device_write.c \
     library.c \
     esi.c \
+    esi_dictionary.c \
+    esi_xml.c \
     busfile.c
 TERMINALS := $(wildcard harness/bus/terminals/*.device)
 HOST_SRC := product.c schedule.c catalogue.c text16.c evidence.c plant.c host_select.c experiment.c
@@ -268,7 +270,7 @@ $(BUILD)/fuzz/fuzz_segment: tests/fuzz_segment.c $(addprefix harness/bus/,$(SEGM
 	@echo "  FUZZ   $@"
 	$(Q)$(FUZZ_CC) -Itests -ffp-contract=off $(XML) -o $@ $(filter %.c %.S,$^) -lxml2 -lm
 
-DEVICE_FILE_SRC := scan.c description.c description_build.c device_file.c device_write.c esi.c terminal.c stimulus.c od.c sii.c
+DEVICE_FILE_SRC := scan.c description.c description_build.c device_file.c device_write.c esi.c esi_dictionary.c esi_xml.c terminal.c stimulus.c od.c sii.c
 
 $(BUILD)/fuzz/fuzz_device: tests/fuzz_device.c $(addprefix harness/bus/,$(DEVICE_FILE_SRC)) | $(BUILD)/.deps-test
 	@mkdir -p $(@D)

@@ -40,8 +40,10 @@ static void run(const struct terminal_type *type)
     device->init(instance, &setup);
     for (unsigned d = PDO_RX; device->od && d <= PDO_TX; d++)
         must(device->od->pdo[d].resolve(instance, (enum pdo_direction)d) == 0);
-    for (unsigned i = 0; i < device->input_count; i++)
-        must(device->set_input(instance, i, INT64_MAX) == 0);
+    for (unsigned i = 0; i < device->input_count; i++) {
+        must(device->set_input(instance, i, 1) == 0);
+        device->set_input(instance, i, INT64_MAX);
+    }
     device->step(instance, 1000);
     device->outputs(instance, image, sizeof image, 1000);
     device->inputs(instance, image, sizeof image);
