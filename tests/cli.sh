@@ -169,6 +169,17 @@ run "$tgm" registers TGM_Servo+2520
 expect "registers by offset, in any element" 0 "SERVO[n].Position" "472"
 run "$tgm" registers nothing-like-it
 expect "no such register to list" 2 "TGM_Servo+472"
+run "$tgm" device
+expect "device types are listed" 0 "ek1100" "strain gauge" "drive-cia402"
+run "$tgm" device tests/devices/pressure.device tests/devices/example.xml
+expect "device files and ESI are described" 0 "pressure sensor with a valve" "40 bits, 2 channels" "XA-1"
+printf 'device "a" "b"\nvendr 1\n' >"$work/bad.device"
+run "$tgm" device "$work/bad.device"
+expect "a damaged device file" 1 "bad.device:2:1: unknown word \"vendr\" (did you mean \"vendor\"?)"
+run "$tgm" device --convert 'tests/devices/example.xml#XA-1' --to "$work/xa.device"
+expect "ESI becomes a device file" 0
+run "$tgm" device "$work/xa.device"
+expect "which describes the same" 0 "XA-1" "0x00E20001" "11 objects"
 run "$tgm" check --help
 expect "help" 0 "--json FILE"
 

@@ -39,6 +39,10 @@ BUS_TESTS := test_segment test_slave test_coe test_drive test_bus test_client \
 BUS_TESTS += test_faults
 BUS_TESTS += test_pcap
 BUS_TESTS += test_faults_bus
+BUS_TESTS += test_terminals
+BUS_TESTS += test_device_file
+BUS_TESTS += test_esi
+BUS_TESTS += test_busfile
 
 $(addprefix $(BUILD)/obj/tests/,$(BUS_TESTS:=.o) bench_bus.o soak_segment.o): ALL_CFLAGS += -Itests $(BUS_CFLAGS)
 
