@@ -233,6 +233,18 @@ expect "run tells of a refused start" 1 "Program_Ini returned 2"
 run "$tgm" run "$work/letter"
 expect "run of no module" 1 "text"
 
+# --- bus files ------------------------------------------------------------------------------------
+printf 'drive-cia402\nek1100\ndi-8 input 0 square 400ms phase 100ms\ndo-16\ndrive-ideal\nring\n' >"$work/line.bus"
+run "$tgm" run "$module" --for 200ms --bus "$work/line.bus" --record 'MAIN.Number_Servos,MAIN.Number_Dios,SERVO[1].EtherCATState' --csv "$work/line.csv"
+expect "run --bus" 0 "bus OP" "SERVO[1]"
+tail -n 1 "$work/line.csv" >"$out"
+: >"$err"
+status=0
+expect "as many servos and terminals as the file has" 0 "0.199500,2,2,8"
+printf 'drive-cia402\ndrive-cia42\n' >"$work/line.bus"
+run "$tgm" run "$module" --bus "$work/line.bus"
+expect "a bus file with a mistake" 2 "line.bus:2:1: no device type \"drive-cia42\""
+
 # --- faults on the bus ----------------------------------------------------------------------------
 printf 'at start dc 1 jitter 100ns\nat 20ms unplug after 1 for 10ms\n' >"$work/day.faults"
 run "$tgm" run "$module" --for 50ms --faults "$work/day.faults"

@@ -12,7 +12,7 @@ static const struct command commands[] = {
       command_check },
     { "run", "MODULE.tgm [options]",
       "Runs a module on the simulated machine and shows what its axes do.", command_run },
-    { "bus", "--interface NAME DEVICE...",
+    { "bus", "--interface NAME FILE.bus | DEVICE...",
       "The simulated bus on a network interface, for any EtherCAT master.", command_bus },
     { "new", "NAME [options]", "Makes a project from a template, in a new folder.", command_new },
     { "inspect", "MODULE.tgm [--json FILE]",
