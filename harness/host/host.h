@@ -35,6 +35,9 @@ struct plant {
     const struct bus_device *devices;
     size_t device_count;
     unsigned servos, dios; /* what the configuration announces: MAIN.Number_Servos, Number_Dios */
+    bool as_found;         /* instead: as many as there are on the bus */
+    const struct bus_library *library; /* of bus_config */
+    bool redundant;
 };
 
 /* One CiA 402 drive and one digital terminal whose input 0 goes on and off (docs/decisions.md, H3).
