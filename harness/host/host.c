@@ -6,6 +6,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* AL states are read every so many cycles: more often than anything reacts to them. */
+enum { POLL_CYCLES = 4 };
+
 static int parts_open(struct host *host, char why[HOST_WHY])
 {
     int r = 0;
@@ -235,7 +238,8 @@ static void receive(struct host *host)
         host->exchanged = host->exchanged || wkc > 0;
         if (wkc < bus_expected_wkc(host->bus) && host->evidence->op_cycle != EVIDENCE_NO_CYCLE)
             host->evidence->wkc_errors++;
-        bus_poll_states(host->bus);
+        if (host->cycle % POLL_CYCLES == 0)
+            bus_poll_states(host->bus);
         note_bus(host);
     }
     EACH_PART(host, receive);
