@@ -25,6 +25,7 @@ struct product {
     uint32_t default_cycle_us;
     uint32_t program_period_us[3]; /* Program_01..03 unless configured (decision C2) */
     bool text8;                    /* text of the module API: UTF-8, else UTF-16 */
+    unsigned can_buffer;           /* CAN telegrams that wait to be sent, at most; 0 is 1 */
     uint32_t product_id;           /* HEADER.Product_Id of 5.02 */
     const char *device_name;       /* what pcGetDeviceInfo_v returns */
 };
