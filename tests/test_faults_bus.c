@@ -18,7 +18,8 @@
 #define MS   1000000u
 #define FULL 12 /* working counter with all slaves: 3 each */
 
-static const struct bus_stimulus stimuli[] = { { 0, 20 * MS, 0 }, { 1, 7 * MS, 0 } };
+static const struct bus_stimulus stimuli[] = { { .bit = 0, .period_ns = 20 * MS },
+                                               { .bit = 1, .period_ns = 7 * MS } };
 static const struct bus_device machine[] = {
     { .type = "drive-cia402" },
     { .type = "dio-8x8", .stimuli = stimuli, .stimulus_count = 2 },

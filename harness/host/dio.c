@@ -120,7 +120,8 @@ static bool becomes_dio(struct host *host, struct terminal *terminal)
     const size_t slave = terminal->slave;
     bool plain;
 #if TGM_GENERATION == 5
-    if (host->terminal_count >= host->config.plant->dios)
+    const struct plant *plant = host->config.plant;
+    if (host->terminal_count >= (plant->as_found ? HOST_TERMINALS : plant->dios))
         return false;
 #endif
     plain = read_side(host, terminal, BUS_INPUT) && read_side(host, terminal, BUS_OUTPUT);

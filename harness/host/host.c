@@ -33,6 +33,8 @@ static int bus_start(struct host *host, char why[HOST_WHY])
         .faults = host->config.faults,
         .faults_name = host->config.faults_name,
         .capture = host->config.capture,
+        .library = host->config.plant->library,
+        .redundant = host->config.plant->redundant,
     };
     return bus_open(&host->bus, &config, why);
 }
@@ -41,8 +43,11 @@ static int bus_ready(struct host *host, char why[HOST_WHY])
 {
     if (host->bus == NULL)
         return 0;
-    if (host->axis_count != host_servos(host) ||
-        host->terminal_count != host->config.plant->dios) {
+    if (host->config.plant->as_found) {
+        host->system->Main.Number_Servos = (uint32_t)host->axis_count;
+        host->system->Main.Number_Dios = (uint32_t)host->terminal_count;
+    } else if (host->axis_count != host_servos(host) ||
+               host->terminal_count != host->config.plant->dios) {
         snprintf(why, HOST_WHY,
                  "the bus has %zu servos and %zu I/O units, the configuration says %u and %u",
                  host->axis_count, host->terminal_count, host_servos(host),
@@ -318,6 +323,9 @@ const struct host_ops HOST_OPS = {
     .start = start,
     .cycle = cycle,
     .on_sample = on_sample,
+    .osc_arm = scope_arm,
+    .osc_samples = scope_samples,
+    .osc_row = scope_row,
     .cycles = cycles,
     .time = time_of,
     .register_at = register_at,

@@ -36,6 +36,9 @@ struct plant {
     const struct bus_device *devices;
     size_t device_count;
     unsigned servos, dios; /* what the configuration announces: MAIN.Number_Servos, Number_Dios */
+    bool as_found;         /* instead: as many as there are on the bus */
+    const struct bus_library *library; /* of bus_config */
+    bool redundant;
 };
 
 /* One CiA 402 drive and one digital terminal whose input 0 goes on and off (docs/decisions.md, H3).
@@ -103,6 +106,17 @@ struct host_config {
 
 struct host; /* its first member says which layout it was made for */
 
+/* What TG Motion's oscilloscope is to record: its registers, as Observer would write them. */
+struct host_osc {
+    const struct catalogue_register *channels;
+    size_t count;
+    uint32_t every; /* cycles */
+    bool triggered, falling;
+    struct catalogue_register trigger;
+    double level;
+    uint32_t pretrigger; /* samples; needs 5.02 and a trigger */
+};
+
 /* Taken right after Program_04 of every cycle, where the oscilloscope samples. */
 typedef void host_sample(void *argument, struct host *host);
 
@@ -118,6 +132,14 @@ bool host_start(struct host *host);
 bool host_cycle(struct host *host);
 
 void host_on_sample(struct host *host, host_sample *sample, void *argument);
+
+/* Sets the oscilloscope up and starts it. 0, or -EINVAL with the reason: too many channels, a
+ * register of a type that cannot be recorded, a pre-trigger where there is none. */
+int host_osc_arm(struct host *host, const struct host_osc *wanted, char why[HOST_WHY]);
+/* What it has recorded: samples, and of each a row with time (s, from the trigger, or from the
+ * first sample) and values. */
+size_t host_osc_samples(const struct host *host);
+void host_osc_row(const struct host *host, size_t index, double *row);
 
 uint64_t host_cycles(const struct host *host);
 /* Simulated nanoseconds since the first cycle began. */

@@ -21,6 +21,7 @@
 #include "host/general.h"
 #include "host/host_ops.h"
 #include "host/motion.h"
+#include "host/osc.h"
 #include "host/schedule.h"
 
 #if TGM_GENERATION == 4
@@ -130,6 +131,7 @@ struct host {
 
     const struct catalogue *catalogue; /* the product's layout */
     void *memory[HOST_MEMORIES];       /* by catalogue index */
+    size_t memory_bytes[HOST_MEMORIES];
     SYSTEM *system;
     PLC_DATA *plc_data[ENTRY_COUNT];    /* the host's view */
     void *plc_data_module[ENTRY_COUNT]; /* what the module is given: read-only */
@@ -172,6 +174,7 @@ struct host {
 
     struct can can;
     void *can_memory[CAN_CHANNELS];
+    struct osc osc;
 
     uint64_t cycle, now_ns, timer_ms;
     uint64_t due_ns[3]; /* Program_01..03 */
@@ -181,6 +184,7 @@ struct host {
 
 /* In the order in which they act; ends with NULL. host_rows.c */
 extern const struct host_part *const host_parts[];
+extern const struct host_part host_scope;
 extern const struct host_part host_timers, host_servo, host_capture, host_motion, host_dio;
 extern const struct host_part host_console, host_statistics, host_eeprom, host_safety, host_general,
     host_channels, host_can;
@@ -227,6 +231,11 @@ double motion_start(const struct host *host, const struct axis *axis);
 /* The axis counts its positions from elsewhere: RefPosition becomes `reference`, and
  * nothing moves. */
 void motion_refer(struct axis *axis, double reference);
+
+/* scope.c: host.h's functions for the oscilloscope. */
+int scope_arm(struct host *host, const struct host_osc *wanted, char why[HOST_WHY]);
+size_t scope_samples(const struct host *host);
+void scope_row(const struct host *host, size_t index, double *row);
 
 /* memories.c */
 int memories_open(struct host *host, char why[HOST_WHY]);

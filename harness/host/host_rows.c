@@ -14,5 +14,6 @@ const struct host_part *const host_parts[] = {
     &host_dio,
     &host_general,
     &host_channels,
+    &host_scope,
     NULL,
 };

@@ -106,6 +106,7 @@ int memories_open(struct host *host, char why[HOST_WHY])
                             &host->memory[i], &module, why);
         if (r != 0)
             return r;
+        host->memory_bytes[i] = memory->size;
         if (strcmp(memory->name, "TGM_System") == 0)
             host->system = host->memory[i];
     }
