@@ -9,7 +9,9 @@
 #include "host/host_parts.h"
 
 #define CLOCK_PERIOD_NS 10000000 /* how often the clock of one slave is looked at */
-#define CLOCK_REGISTER  0x092C   /* difference from the system time, sign and magnitude */
+#define AL_STATE        0x0F
+#define AL_ERROR        0x10
+#define CLOCK_REGISTER  0x092C /* difference from the system time, sign and magnitude */
 
 static void extreme(uint32_t *least, uint32_t *most, uint32_t value)
 {
@@ -116,8 +118,8 @@ static void say_states(struct host *host)
         if (slave->al_state == before)
             continue;
         host->said_state[i] = slave->al_state;
-        /* On its way up, and there at last: as expected. */
-        const bool expected = slave->al_state > before && (slave->al_state & 0x10) == 0;
+        const bool expected = (slave->al_state & AL_ERROR) == 0 &&
+                              (slave->al_state & AL_STATE) >= (before & AL_STATE); /* upwards */
         console_log(host, expected ? TGM_LOG_ETHERCAT : TGM_LOG_ETHERCAT_STATUS, CONSOLE_SLAVES,
                     expected ? CONSOLE_INFO : CONSOLE_WARNING,
                     "slave %zu (%s): AL state 0x%02X, before 0x%02X, code 0x%04X", i + 1,
