@@ -65,6 +65,8 @@ static int find_entries(struct host *host, char why[HOST_WHY])
     for (int entry = 0; entry < ENTRY_COUNT; entry++) {
         const struct image_symbol *symbol =
             image_export(host->image, entry_name((enum entry)entry));
+        if (symbol == NULL && entry >= (int)host->config.product->entries)
+            continue; /* Program_05 where the product does not ask for it (R4) */
         if (symbol == NULL || !symbol->executable) {
             snprintf(why, HOST_WHY, "the module does not export the function %s",
                      entry_name((enum entry)entry));
@@ -73,6 +75,19 @@ static int find_entries(struct host *host, char why[HOST_WHY])
         host->entry_address[entry] = symbol->vaddr;
     }
     return 0;
+}
+
+static void periods_open(struct host *host)
+{
+    for (int i = 0; i < 3; i++) {
+        uint32_t *period = &host->config.program_period_us[i];
+        if (*period == 0)
+            *period = host->config.product->program_period_us[i];
+        if (*period == PERIOD_OFF) {
+            *period = 0;
+            host->due_ns[i] = NEVER_DUE;
+        }
+    }
 }
 
 static void close_host(struct host *host)
@@ -96,11 +111,9 @@ static int open_host(struct host **out, const struct host_config *config, struct
     host->machine = machine;
     host->image = image;
     host->evidence = evidence;
-    host->schedule = schedule_find(config->cycle_us);
+    host->schedule = schedule_find(config->product->schedule, config->cycle_us);
     evidence->op_cycle = EVIDENCE_NO_CYCLE;
-    for (int i = 0; i < 3; i++)
-        if (host->config.program_period_us[i] == 0)
-            host->config.program_period_us[i] = config->product->program_period_us[i];
+    periods_open(host);
     if (host->schedule == NULL || !product_allows_cycle(config->product, config->cycle_us)) {
         snprintf(why, HOST_WHY, "%s has no Cycle_Time of %u us", config->product->title,
                  config->cycle_us);
@@ -149,7 +162,7 @@ static bool call(struct host *host, enum entry entry)
 {
     struct evidence *evidence = host->evidence;
     struct machine_outcome outcome;
-    if (evidence->calls[entry].disabled)
+    if (evidence->calls[entry].disabled || host->entry_address[entry] == 0)
         return false;
     evidence->entry = entry;
     evidence->stage = EVIDENCE_CALLING;
@@ -237,24 +250,41 @@ static void send(struct host *host)
         bus_send(host->bus, host->bus_zero + host->now_ns);
 }
 
-/* Program_03, 02, 01 in what is left of the slot, each when its period is due; missed periods are
- * not made up for (R6). */
-static void background(struct host *host)
+static uint64_t time_of(const struct host *host)
 {
+    return host->cycle * host->config.cycle_us * UINT64_C(1000);
+}
+
+/* Program_03, 02, 01, each when it is due. */
+static void call_due(struct host *host)
+{
+    const struct host_config *config = &host->config;
     for (int i = 2; i >= 0; i--) {
-        const uint64_t period = host->config.program_period_us[i] * UINT64_C(1000);
         if (host->now_ns < host->due_ns[i])
             continue;
         call(host, (enum entry)(ENTRY_01 + i));
-        while (host->due_ns[i] <= host->now_ns)
-            host->due_ns[i] += period;
+        host->due_ns[i] = schedule_due(config->product, config->program_period_us[i], host->now_ns);
     }
 }
 
-static void slot_run(struct host *host, const struct slot *slot)
+/* In what is left of the slot; where the product has ticks, at those until the next slot. */
+static void background(struct host *host, uint64_t until_ns)
 {
-    host->now_ns =
-        host->cycle * host->config.cycle_us * UINT64_C(1000) + slot->at_us * UINT64_C(1000);
+    const uint64_t tick = host->config.product->tick_us * UINT64_C(1000);
+    if (tick == 0) {
+        call_due(host);
+        return;
+    }
+    for (uint64_t at = (host->now_ns + tick - 1) / tick * tick; at < until_ns; at += tick) {
+        host->now_ns = at;
+        call_due(host);
+    }
+}
+
+static void slot_run(struct host *host, const struct slot *slot, uint32_t until_us)
+{
+    const uint64_t begin = time_of(host);
+    host->now_ns = begin + slot->at_us * UINT64_C(1000);
     if (slot->actions & SLOT_RECEIVE)
         receive(host);
     if (slot->actions & SLOT_SEND)
@@ -271,20 +301,17 @@ static void slot_run(struct host *host, const struct slot *slot)
         if (host->sample != NULL)
             host->sample(host->sample_argument, host);
     }
-    background(host);
-}
-
-static uint64_t time_of(const struct host *host)
-{
-    return host->cycle * host->config.cycle_us * UINT64_C(1000);
+    background(host, begin + until_us * UINT64_C(1000));
 }
 
 static bool cycle(struct host *host)
 {
     struct evidence *evidence = host->evidence;
+    const struct schedule *schedule = host->schedule;
     evidence->cycle = host->cycle;
-    for (size_t i = 0; i < host->schedule->slot_count; i++)
-        slot_run(host, &host->schedule->slots[i]);
+    for (size_t i = 0; i < schedule->slot_count; i++)
+        slot_run(host, &schedule->slots[i],
+                 i + 1 < schedule->slot_count ? schedule->slots[i + 1].at_us : schedule->cycle_us);
     if (host->bus != NULL)
         note_faults(host);
     host->cycle++;
@@ -311,7 +338,9 @@ static const void *register_at(const struct host *host, const struct catalogue_r
 {
     for (size_t i = 0; catalogue_memory(host->catalogue, i) != NULL; i++)
         if (catalogue_memory(host->catalogue, i) == reg->memory)
-            return (const char *)host->memory[i] + reg->offset;
+            return host_has_register(&host->config, reg)
+                       ? (const char *)host->memory[i] + reg->offset
+                       : NULL;
     return NULL;
 }
 

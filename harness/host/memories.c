@@ -10,7 +10,7 @@
 static size_t memory_size(const struct host *host, const char *name)
 {
     const struct catalogue_memory *memory = catalogue_memory_named(host->catalogue, name);
-    return memory != NULL ? memory->size : 0;
+    return memory != NULL ? host_memory_bytes(&host->config, memory) : 0;
 }
 
 static void fill_header(struct host *host)
@@ -58,7 +58,7 @@ static void fill_main(struct host *host)
     m->PLC_SetCycleTime_Prg2 = period[1];
     m->PLC_SetCycleTime_Prg3 = period[2];
     m->PLC_SetCycleTime_Prg4 = host->config.cycle_us;
-    m->Interpolator_SetCycleTime = host->schedule->slots[1].at_us;
+    m->Interpolator_SetCycleTime = host->schedule->interpolator_us;
 }
 
 /* Each instance ends at a guard page, so that reading past it faults, and is read-only to the
@@ -102,11 +102,12 @@ int memories_open(struct host *host, char why[HOST_WHY])
             snprintf(why, HOST_WHY, "more than %d shared memories in the catalogue", HOST_MEMORIES);
             return -E2BIG;
         }
-        int r = machine_map(host->machine, memory->name, memory->size, MACHINE_REGION_READ_WRITE,
+        const size_t bytes = host_memory_bytes(&host->config, memory);
+        int r = machine_map(host->machine, memory->name, bytes, MACHINE_REGION_READ_WRITE,
                             &host->memory[i], &module, why);
         if (r != 0)
             return r;
-        host->memory_bytes[i] = memory->size;
+        host->memory_bytes[i] = bytes;
         if (strcmp(memory->name, "TGM_System") == 0)
             host->system = host->memory[i];
     }
