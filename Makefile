@@ -73,7 +73,7 @@ BUS_SRC := client.c client_cycle.c client_jobs.c client_map.c client_watch.c fib
     esi_xml.c \
     busfile.c
 TERMINALS := $(wildcard harness/bus/terminals/*.device)
-HOST_SRC := product.c schedule.c extent.c catalogue.c text16.c evidence.c plant.c host_select.c osc.c experiment.c \
+HOST_SRC := product.c schedule.c extent.c servo_wire.c catalogue.c text16.c evidence.c plant.c host_select.c osc.c experiment.c \
     profile_shape.c \
     profile_motion.c \
     gear_motion.c

@@ -22,7 +22,8 @@ static int dio_open(struct host *host, char why[HOST_WHY])
     DIO *dios = host->memory[SHARED_MEMORY_DIO];
     for (size_t i = 0; host->bus != NULL && i < bus_slave_count(host->bus); i++) {
         const struct bus_slave *slave = bus_slave(host->bus, i);
-        if (slave->axes > 0 || slave->input_bits + slave->output_bits == 0)
+        if (wire_axes(host->bus, host->config.plant, i) > 0 ||
+            slave->input_bits + slave->output_bits == 0)
             continue;
         if (host->terminal_count == HOST_TERMINALS) {
             snprintf(why, HOST_WHY, "more than %d I/O units on the bus", HOST_TERMINALS);
