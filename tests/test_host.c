@@ -329,7 +329,7 @@ static void native_outputs_inputs_and_faults_are_in_the_servo_group(void **state
     const struct host_config config = {
         .product = product_find("tgzmotion"),
         .plant = &plant,
-        .faults = "at 3s drive 1 fault 0x2310\n",
+        .faults = "at 3s drive 1 fault 0x3110\n",
         .faults_name = "test",
     };
     struct rig *rig = rig_open("idle", &config);
