@@ -40,6 +40,7 @@ static int bus_start(struct host *host, char why[HOST_WHY])
         .capture = host->config.capture,
         .library = host->config.plant->library,
         .redundant = host->config.plant->redundant,
+        .dc_sync = host->config.clock == CLOCK_ON,
         .startup = startup,
         .startup_count =
             wire_startup(&host->config, startup, BUS_MAX_SLAVES * (size_t)WIRE_STARTUP),
@@ -66,8 +67,8 @@ static int bus_ready(struct host *host, char why[HOST_WHY])
     }
     host->evidence->slaves = (unsigned)bus_slave_count(host->bus);
     host->system->Main.Found_Total_Number_Of_ECAT_Devices = host->evidence->slaves;
-    host->system->Main.StateDistributedClock = 1;
-    host->system->Main.Distributed_Clock = 1;
+    host->system->Main.StateDistributedClock = host->config.clock != CLOCK_OFF;
+    host->system->Main.Distributed_Clock = host->config.clock != CLOCK_OFF;
     host->bus_zero = bus_now(host->bus);
     return 0;
 }

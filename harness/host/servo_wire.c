@@ -43,7 +43,7 @@ static const struct tgz *tgz_of(const struct plant *plant, size_t slave)
 /* --- which slave, which map --- */
 
 /* Types of drives inside the controller: TGZ+Motion's, TGMcontroller's, and both with other I/O. */
-static bool is_internal(uint32_t type)
+bool wire_is_internal(uint32_t type)
 {
     return type == 91 || type == 92 || type == 94 || type == 95;
 }
@@ -56,10 +56,11 @@ static bool is_drive(const char *type)
 size_t wire_slave(const struct plant *plant, const struct host_servo *servo)
 {
     for (size_t i = 0; i < plant->device_count; i++)
-        if (is_internal(servo->type) ? is_drive(plant->devices[i].type)
-                                     : servo->node != 0 && plant->devices[i].alias == servo->node)
+        if (wire_is_internal(servo->type)
+                ? is_drive(plant->devices[i].type)
+                : servo->node != 0 && plant->devices[i].alias == servo->node)
             return i;
-    if (is_internal(servo->type) || servo->node == 0 || servo->node > plant->device_count)
+    if (wire_is_internal(servo->type) || servo->node == 0 || servo->node > plant->device_count)
         return NO_SLAVE;
     return servo->node - 1;
 }

@@ -48,6 +48,9 @@ struct servo_wire {
  * controller has no Node: it is the first drive on the bus. */
 size_t wire_slave(const struct plant *plant, const struct host_servo *servo);
 
+/* Servo types of drives inside the controller. */
+bool wire_is_internal(uint32_t type);
+
 /* Axes that can be servos; 0 for everything that is no drive. */
 unsigned wire_axes(const struct bus *bus, const struct plant *plant, size_t slave);
 
