@@ -25,7 +25,8 @@ IMAGE_TESTS := test_image test_image_real test_image_bad test_image_damage test_
     test_image_pe test_image_pe_bad test_image_arm test_image_flat \
     test_stack
 MACHINE_TESTS := test_machine test_machine_call test_machine_load test_machine_seal test_worker \
-    test_machine_stack
+    test_machine_stack \
+    test_machine_preempt
 BUS_TESTS := test_segment test_slave test_coe test_drive test_bus test_client \
     test_drive2 \
     test_tgz \
@@ -71,7 +72,7 @@ $(BUILD)/math/libtgm_math.a: sdk/mk/math.sh $(wildcard sdk/src/math/*) third_par
 	$(Q)sdk/mk/math.sh $(@D) gcc -fPIC
 
 MACHINE_MODULE_DIR := $(BUILD)/machine_modules
-MACHINE_MODULES := $(addprefix $(MACHINE_MODULE_DIR)/,faults.so abi.so hostile.so data.so stack.so)
+MACHINE_MODULES := $(addprefix $(MACHINE_MODULE_DIR)/,faults.so abi.so hostile.so data.so stack.so interrupt.so)
 
 $(MACHINE_MODULE_DIR)/%.so: tests/machine_modules/%.S | $(BUILD)/.deps
 	@mkdir -p $(@D)

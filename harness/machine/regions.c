@@ -96,7 +96,7 @@ struct machine_region *machine_region_add(struct machine *machine, const char *n
     return region;
 }
 
-int machine_map_stack(struct machine *machine, char why[MACHINE_WHY])
+static int map_stack(struct machine *machine, uint8_t **stack, char why[MACHINE_WHY])
 {
     struct machine_region *region = machine_region_add(machine, "stack");
     size_t size = page_up(machine->config.stack_size);
@@ -110,16 +110,36 @@ int machine_map_stack(struct machine *machine, char why[MACHINE_WHY])
         return machine_fail(why, error, "no address space for the module stack: %s",
                             strerror(-error));
     machine->region_count++;
-    machine->stack = region->around.base + HULL_GUARD;
+    *stack = region->around.base + HULL_GUARD;
     machine->stack_size = size;
-    region->start = (uint64_t)machine->stack;
+    region->start = (uint64_t)*stack;
     region->size = size;
-    if (mprotect(machine->stack, size, PROT_READ | PROT_WRITE) != 0)
+    if (mprotect(*stack, size, PROT_READ | PROT_WRITE) != 0)
         return machine_fail(why, -errno, "no memory for the module stack: %s", strerror(errno));
+    return 0;
+}
 
+void machine_fill_stacks(struct machine *machine)
+{
+    for (unsigned level = 0; level < machine->level_count; level++)
+        for (size_t i = 0; i < machine->stack_size; i += sizeof machine->stack_pattern)
+            memcpy(machine->levels[level].stack + i, &machine->stack_pattern,
+                   sizeof machine->stack_pattern);
+}
+
+int machine_map_stacks(struct machine *machine, char why[MACHINE_WHY])
+{
+    const unsigned wanted = machine->config.interruptible ? MACHINE_LEVELS : 1;
+    int error = 0;
+
+    for (unsigned level = 0; level < wanted && error == 0; level++)
+        error = map_stack(machine, &machine->levels[level].stack, why);
+    if (error != 0)
+        return error;
+    machine->level_count = wanted;
+    machine->stack = machine->levels[0].stack;
     machine->stack_pattern = machine_mix(machine->config.seed, 1, UINT64_MAX);
-    for (size_t i = 0; i < size; i += sizeof machine->stack_pattern)
-        memcpy(machine->stack + i, &machine->stack_pattern, sizeof machine->stack_pattern);
+    machine_fill_stacks(machine);
     return 0;
 }
 
@@ -215,11 +235,24 @@ void machine_describe_address(const struct machine *machine, struct machine_faul
     }
 }
 
-size_t machine_stack_used(const struct machine *machine)
+static size_t stack_used(const struct machine *machine, const uint8_t *stack)
 {
-    uint64_t at = (uint64_t)machine->stack, top = machine_state.stack_top;
+    uint64_t at = (uint64_t)stack, top = machine_stack_top(machine, stack);
 
     while (at < top && machine_peek(at) == machine->stack_pattern)
         at += sizeof machine->stack_pattern;
     return top - at;
+}
+
+size_t machine_stack_used(const struct machine *machine)
+{
+    size_t deepest = machine->stack_deepest;
+
+    for (unsigned level = 0; level < machine->level_count; level++) {
+        size_t used = stack_used(machine, machine->levels[level].stack);
+
+        if (used > deepest)
+            deepest = used;
+    }
+    return deepest;
 }
