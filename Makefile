@@ -17,9 +17,10 @@ INCLUDE := -I. -Iharness -Isdk/include
 OPT     ?= -O2 -g
 # No fused multiply-add: recordings are the same to the last bit on every processor.
 ALL_CFLAGS = -std=gnu11 $(OPT) -ffp-contract=off $(WARN) $(INCLUDE) -MMD -MP $(CFLAGS)
-BUS_CFLAGS = -DEC_VER2 -Iharness/bus/port -isystem third_party/soem/soem -isystem third_party/soem/osal
+XML     := -isystem /usr/include/libxml2
+BUS_CFLAGS = -DEC_VER2 -Iharness/bus/port -isystem third_party/soem/soem -isystem third_party/soem/osal $(XML)
 SOEM_CFLAGS = -std=gnu11 -O2 -g -w -DEC_VER2 -Iharness -Iharness/bus/port -Ithird_party/soem/soem -Ithird_party/soem/osal $(CFLAGS)
-LIBS    := -lelf -ldw -lcapstone -lsodium -lseccomp -ljansson -lm
+LIBS    := -lelf -ldw -lcapstone -lsodium -lseccomp -ljansson -lxml2 -lm
 
 # --- sources -------------------------------------------------------------------------------------
 
@@ -43,7 +44,7 @@ MACHINE_SRC := load.c poison.c regions.c call.c fault.c attribute.c watchdog.c s
     reload.c
 BUS_SRC := client.c client_cycle.c client_jobs.c client_map.c client_watch.c fiber.c segment.c slave.c registers.c sii.c syncman.c fmmu.c al.c dc.c \
     watchdog.c mailbox.c coe.c coe_info.c od.c pdo.c cia402.c axis.c devices.c dev_drive.c drive.c drive_cyclic.c \
-    drive_homing.c drive_od.c drive_profile.c dev_dio.c wire.c \
+    drive_homing.c drive_od.c drive_profile.c wire.c \
     faults.c \
     fault_arguments.c \
     fault_script.c \
@@ -60,20 +61,42 @@ BUS_SRC := client.c client_cycle.c client_jobs.c client_map.c client_watch.c fib
     ports.c \
     sync.c \
     pcap.c rack.c view.c live.c live_socket.c \
-    port/clock.c port/port.c
-HOST_SRC := product.c schedule.c catalogue.c text16.c evidence.c plant.c host_select.c experiment.c
+    port/clock.c port/port.c \
+    scan.c \
+    stimulus.c \
+    terminal.c \
+    description.c \
+    description_build.c \
+    device_file.c \
+    device_write.c \
+    library.c \
+    esi.c \
+    esi_dictionary.c \
+    esi_xml.c \
+    busfile.c
+TERMINALS := $(wildcard harness/bus/terminals/*.device)
+HOST_SRC := product.c schedule.c catalogue.c text16.c evidence.c plant.c host_select.c osc.c experiment.c \
+    profile_shape.c \
+    profile_motion.c \
+    gear_motion.c
 # What touches registers: once for each layout of the shared memories.
-LAYOUT_SRC := host.c host_rows.c memories.c services.c timers.c servo.c dio.c
+LAYOUT_SRC := host.c host_rows.c memories.c services.c timers.c servo.c dio.c \
+    motion.c \
+    scope.c \
+    command.c \
+    capture.c
 LAYOUTS := gen4 gen5_905 gen5_906
 REPORT_SRC := text.c json.c
 CLI_SRC := main.c options.c output.c check.c run.c inspect.c inspect_text.c inspect_json.c rules.c new.c registers.c \
-    capture.c bus.c
+    capture.c bus.c \
+    device.c
 CONFORMANCE_SRC := profile.c rules.c findings.c incidents.c rules_file.c rules_start.c rules_cycle.c check.c
 SOEM_SRC := ethercatbase.c ethercatcoe.c ethercatconfig.c ethercatdc.c ethercatmain.c ethercatprint.c ethercatsoe.c
 
 ROOM_OBJ := $(addprefix $(BUILD)/obj/harness/image/,$(IMAGE_SRC:.c=.o)) \
     $(addprefix $(BUILD)/obj/harness/machine/,$(MACHINE_SRC:.c=.o)) $(BUILD)/obj/harness/machine/trampoline.o \
     $(addprefix $(BUILD)/obj/harness/bus/,$(BUS_SRC:.c=.o)) $(BUILD)/obj/harness/bus/fiber_switch.o \
+    $(BUILD)/obj/harness/bus/terminals.o \
     $(addprefix $(BUILD)/obj/harness/host/,$(HOST_SRC:.c=.o)) $(LAYOUTS:%=$(BUILD)/obj/harness/host_%.o) \
     $(addprefix $(BUILD)/obj/harness/report/,$(REPORT_SRC:.c=.o)) \
     $(addprefix $(BUILD)/obj/conformance/,$(CONFORMANCE_SRC:.c=.o)) \
@@ -124,7 +147,8 @@ FUZZ_SECONDS ?= 300
 FUZZERS := fuzz_image fuzz_text \
     fuzz_segment \
     fuzz_faults \
-    fuzz_code
+    fuzz_code \
+    fuzz_device
 .PHONY: fuzz
 fuzz: $(addprefix $(BUILD)/fuzz/,$(FUZZERS)) ## fuzz the readers of module files and fault scripts, the SDK's text and the bus segment for FUZZ_SECONDS each (default 300)
 	$(Q)for fuzzer in $(FUZZERS); do mkdir -p $(BUILD)/fuzz/corpus-$$fuzzer; \
@@ -218,6 +242,8 @@ $(BUILD)/obj/%.o: %.c | $(BUILD)/.deps
 	@echo "  CC     $<"
 	$(Q)$(CC) $(ALL_CFLAGS) -c -o $@ $<
 
+$(BUILD)/obj/harness/bus/terminals.o: $(TERMINALS)
+
 $(BUILD)/obj/%.o: %.S | $(BUILD)/.deps
 	@mkdir -p $(@D)
 	@echo "  AS     $<"
@@ -241,17 +267,24 @@ $(BUILD)/fuzz/fuzz_text: tests/fuzz_text.c sdk/src/number.c sdk/src/text16.c sdk
 	$(Q)$(FUZZ_CC) -DTGM_HOST -o $@ $(filter %.c,$^) -lm
 
 # The simulated bus alone, without the SOEM client.
-$(BUILD)/fuzz/fuzz_faults: tests/fuzz_faults.c $(addprefix harness/bus/,$(filter-out client% port/%,$(BUS_SRC))) | $(BUILD)/.deps-test
+$(BUILD)/fuzz/fuzz_faults: tests/fuzz_faults.c $(addprefix harness/bus/,$(filter-out client% port/% view.c live% rack.c fiber.c,$(BUS_SRC))) harness/bus/terminals.S | $(BUILD)/.deps-test
 	@mkdir -p $(@D)
 	@echo "  FUZZ   $@"
-	$(Q)$(FUZZ_CC) -o $@ $(filter %.c,$^) -lm
+	$(Q)$(FUZZ_CC) $(XML) -o $@ $(filter %.c %.S,$^) -lxml2 -lm
 
 # The segment without the master above it: what of the room does not know SOEM.
-SEGMENT_SRC := $(filter-out client%.c wire.c port/%.c,$(BUS_SRC))
-$(BUILD)/fuzz/fuzz_segment: tests/fuzz_segment.c $(addprefix harness/bus/,$(SEGMENT_SRC)) | $(BUILD)/.deps-test
+SEGMENT_SRC := $(filter-out client%.c wire.c port/%.c view.c live%.c rack.c fiber.c,$(BUS_SRC))
+$(BUILD)/fuzz/fuzz_segment: tests/fuzz_segment.c $(addprefix harness/bus/,$(SEGMENT_SRC)) harness/bus/terminals.S | $(BUILD)/.deps-test
 	@mkdir -p $(@D)
 	@echo "  FUZZ   $@"
-	$(Q)$(FUZZ_CC) -Itests -ffp-contract=off -o $@ $(filter %.c,$^) -lm
+	$(Q)$(FUZZ_CC) -Itests -ffp-contract=off $(XML) -o $@ $(filter %.c %.S,$^) -lxml2 -lm
+
+DEVICE_FILE_SRC := scan.c description.c description_build.c device_file.c device_write.c esi.c esi_dictionary.c esi_xml.c terminal.c stimulus.c od.c sii.c
+
+$(BUILD)/fuzz/fuzz_device: tests/fuzz_device.c $(addprefix harness/bus/,$(DEVICE_FILE_SRC)) | $(BUILD)/.deps-test
+	@mkdir -p $(@D)
+	@echo "  FUZZ   $@"
+	$(Q)$(FUZZ_CC) $(XML) -o $@ $(filter %.c,$^) -lxml2
 
 -include tests/tests.mk
 -include $(filter-out $(BUILD)/obj/soem/%,$(ROOM_OBJ:.o=.d)) $(CLI_OBJ:.o=.d) $(LAYOUT_OBJ:.o=.d)

@@ -169,6 +169,17 @@ run "$tgm" registers TGM_Servo+2520
 expect "registers by offset, in any element" 0 "SERVO[n].Position" "472"
 run "$tgm" registers nothing-like-it
 expect "no such register to list" 2 "TGM_Servo+472"
+run "$tgm" device
+expect "device types are listed" 0 "ek1100" "strain gauge" "drive-cia402"
+run "$tgm" device tests/devices/pressure.device tests/devices/example.xml
+expect "device files and ESI are described" 0 "pressure sensor with a valve" "40 bits, 2 channels" "XA-1"
+printf 'device "a" "b"\nvendr 1\n' >"$work/bad.device"
+run "$tgm" device "$work/bad.device"
+expect "a damaged device file" 1 "bad.device:2:1: unknown word \"vendr\" (did you mean \"vendor\"?)"
+run "$tgm" device --convert 'tests/devices/example.xml#XA-1' --to "$work/xa.device"
+expect "ESI becomes a device file" 0
+run "$tgm" device "$work/xa.device"
+expect "which describes the same" 0 "XA-1" "0x00E20001" "11 objects"
 run "$tgm" check --help
 expect "help" 0 "--json FILE"
 
@@ -221,6 +232,18 @@ run "$tgm" run "$fixtures/ini-returns-one/bad.tgm"
 expect "run tells of a refused start" 1 "Program_Ini returned 2"
 run "$tgm" run "$work/letter"
 expect "run of no module" 1 "text"
+
+# --- bus files ------------------------------------------------------------------------------------
+printf 'drive-cia402\nek1100\ndi-8 input 0 square 400ms phase 100ms\ndo-16\ndrive-ideal\nring\n' >"$work/line.bus"
+run "$tgm" run "$module" --for 200ms --bus "$work/line.bus" --record 'MAIN.Number_Servos,MAIN.Number_Dios,SERVO[1].EtherCATState' --csv "$work/line.csv"
+expect "run --bus" 0 "bus OP" "SERVO[1]"
+tail -n 1 "$work/line.csv" >"$out"
+: >"$err"
+status=0
+expect "as many servos and terminals as the file has" 0 "0.199500,2,2,8"
+printf 'drive-cia402\ndrive-cia42\n' >"$work/line.bus"
+run "$tgm" run "$module" --bus "$work/line.bus"
+expect "a bus file with a mistake" 2 "line.bus:2:1: no device type \"drive-cia42\""
 
 # --- faults on the bus ----------------------------------------------------------------------------
 printf 'at start dc 1 jitter 100ns\nat 20ms unplug after 1 for 10ms\n' >"$work/day.faults"

@@ -119,15 +119,18 @@ static inline void rig_set(const struct rig *rig, const char *name, double value
 {
     struct catalogue_register reg;
     void *at = rig_at(rig, name, &reg);
-    const int64_t whole = (int64_t)value;
-    const float single = (float)value;
 
-    if (reg.type == F64)
+    if (reg.type == F64) {
         memcpy(at, &value, sizeof value);
-    else if (reg.type == F32)
+    } else if (reg.type == F32) {
+        const float single = (float)value;
+
         memcpy(at, &single, sizeof single);
-    else
+    } else {
+        const int64_t whole = (int64_t)value;
+
         memcpy(at, &whole, scalar_size(reg.type));
+    }
 }
 
 /* Cycles until the register has the value; fails after `most` cycles. */

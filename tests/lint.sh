@@ -24,6 +24,7 @@ none "only image/elf*.c includes libelf" outside '(libelf|gelf)\.h' '^harness/im
 none "only image/lines*.c includes libdw" outside '(elfutils|dwarf|libdw)' '^harness/image/lines'
 none "only image/code*.c includes Capstone" outside 'capstone' '^harness/image/code'
 none "only bus/ includes SOEM" outside 'ethercat|osal|oshw|nicdrv' '^harness/bus/'
+none "only bus/esi*.c includes libxml2" outside 'libxml/.*' '^harness/bus/esi'
 none "image stands alone" uses harness/image 'machine|host|bus|report|cli|conformance'
 none "machine knows image only" uses harness/machine 'host|bus|report|cli|conformance'
 none "bus knows no other room" uses harness/bus 'image|machine|host|report|cli|conformance'

@@ -106,6 +106,7 @@ refused "missing function" "error: Program_05: missing"
 start='__attribute__((noinline)) static int start() { int n; __asm__ volatile("" : "=r"(n)); return n; }'
 cpp_last=$(($(wc -l <templates/cpp/shuttle.cpp) + 1))
 sed 's/sin\.c$/sin.cpp/' "$work/m/Makefile" >"$work/m/Makefile.cpp"
+rm "$work/m/sin.c" # both would become sin.o
 for target in elf64:g++ pe64:x86_64-w64-mingw32-g++ pe32:i686-w64-mingw32-g++ tgmmini:arm-linux-gnueabihf-g++ \
     tgmcontroller:arm-none-eabi-g++; do
     command -v "${target#*:}" >/dev/null || continue

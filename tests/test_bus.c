@@ -14,7 +14,10 @@
 
 #define MS 1000000u
 
-static const struct bus_stimulus stimuli[] = { { 0, 20 * MS, 0 }, { 5, 8 * MS, 100 * MS } };
+static const struct bus_stimulus stimuli[] = {
+    { .bit = 0, .period_ns = 20 * MS },
+    { .bit = 5, .period_ns = 8 * MS, .phase_ns = 100 * MS },
+};
 static const struct bus_device machine[] = {
     { .type = "drive-cia402" },
     { .type = "dio-8x8", .stimuli = stimuli, .stimulus_count = 2 },

@@ -201,7 +201,7 @@ static void a_slave_that_was_switched_off_comes_back_and_the_others_go_on(void *
     struct plant *p = *state;
     unsigned lost = 0;
 
-    segment_power(&p->bus->segment, 3, false, p->now);
+    segment_power(&p->bus->rack.segment, 3, false, p->now);
     for (unsigned i = 0; i < 100; i++) {
         /* The last drive is missing: one output, one input. */
         assert_int_equal(exchange(p), bus_expected_wkc(p->bus) - 3);
@@ -209,10 +209,10 @@ static void a_slave_that_was_switched_off_comes_back_and_the_others_go_on(void *
     }
     assert_true(lost > 90);
     assert_int_equal(states(p, AL_OP), SLAVES - 1);
-    segment_power(&p->bus->segment, 3, true, p->now);
-    assert_int_equal(get_u16(p->bus->slaves[3].memory + REG_STATION_ADDRESS), 0);
+    segment_power(&p->bus->rack.segment, 3, true, p->now);
+    assert_int_equal(get_u16(p->bus->rack.slaves[3].memory + REG_STATION_ADDRESS), 0);
     assert_true(until_op(p, 400) < 400);
-    assert_int_equal(get_u16(p->bus->slaves[3].memory + REG_STATION_ADDRESS), 0x1004);
+    assert_int_equal(get_u16(p->bus->rack.slaves[3].memory + REG_STATION_ADDRESS), 0x1004);
     for (unsigned i = 0; i < 20; i++)
         assert_int_equal(exchange(p), bus_expected_wkc(p->bus));
     assert_int_equal(bus_slave(p->bus, 3)->losses, 1);
@@ -226,10 +226,10 @@ static void a_returning_slave_has_its_clock_back(void **state)
     struct plant *p = *state;
     struct bus_job times[2];
 
-    segment_power(&p->bus->segment, 3, false, p->now);
+    segment_power(&p->bus->rack.segment, 3, false, p->now);
     for (unsigned i = 0; i < 20; i++)
         exchange(p);
-    segment_power(&p->bus->segment, 3, true, p->now);
+    segment_power(&p->bus->rack.segment, 3, true, p->now);
     assert_true(until_op(p, 400) < 400);
     for (unsigned i = 0; i < 200; i++)
         exchange(p);
@@ -244,23 +244,23 @@ static void a_returning_slave_has_its_clock_back(void **state)
     /* One frame lies between the two readings. */
     assert_true(get_u64(times[1].data) > get_u64(times[0].data));
     assert_true(get_u64(times[1].data) - get_u64(times[0].data) < 2 * MS);
-    assert_true((get_u32(p->bus->slaves[3].memory + REG_DC_DELAY)) > 0);
+    assert_true((get_u32(p->bus->rack.slaves[3].memory + REG_DC_DELAY)) > 0);
 }
 
 static void another_device_in_its_place_is_not_taken(void **state)
 {
     struct plant *p = *state;
 
-    segment_power(&p->bus->segment, 3, false, p->now);
+    segment_power(&p->bus->rack.segment, 3, false, p->now);
     for (unsigned i = 0; i < 20; i++)
         exchange(p);
     /* Another product code in its SII: words 0x0A and 0x0B. */
-    p->bus->slaves[3].image[0x14] ^= 0x01;
-    segment_power(&p->bus->segment, 3, true, p->now);
+    p->bus->rack.slaves[3].image[0x14] ^= 0x01;
+    segment_power(&p->bus->rack.segment, 3, true, p->now);
     for (unsigned i = 0; i < 300; i++)
         assert_int_equal(exchange(p), bus_expected_wkc(p->bus) - 3);
     assert_true(bus_slave(p->bus, 3)->lost);
-    assert_int_equal(get_u16(p->bus->slaves[3].memory + REG_STATION_ADDRESS), 0);
+    assert_int_equal(get_u16(p->bus->rack.slaves[3].memory + REG_STATION_ADDRESS), 0);
     assert_int_equal(states(p, AL_OP), SLAVES - 1);
 }
 
@@ -268,12 +268,12 @@ static void a_pulled_cable_takes_everybody_behind_it_until_it_is_plugged(void **
 {
     struct plant *p = *state;
 
-    segment_cable(&p->bus->segment, 2, false, p->now);
+    segment_cable(&p->bus->rack.segment, 2, false, p->now);
     for (unsigned i = 0; i < 50; i++)
         exchange(p);
     assert_int_equal(exchange(p), bus_expected_wkc(p->bus) - 2 * 3);
     assert_int_equal(bus_slave(p->bus, 2)->lost + bus_slave(p->bus, 3)->lost, 2);
-    segment_cable(&p->bus->segment, 2, true, p->now);
+    segment_cable(&p->bus->rack.segment, 2, true, p->now);
     assert_true(until_op(p, 400) < 400);
     assert_int_equal(exchange(p), bus_expected_wkc(p->bus));
     assert_int_equal(bus_slave(p->bus, 2)->losses, 1);
@@ -334,7 +334,7 @@ static void an_sdo_does_not_wait_for_a_slave_that_is_gone(void **state)
     };
     unsigned cycles = 0;
 
-    segment_power(&p->bus->segment, 3, false, p->now);
+    segment_power(&p->bus->rack.segment, 3, false, p->now);
     for (unsigned i = 0; i < 100; i++)
         exchange(p);
     bus_job_start(p->bus, &read);
@@ -356,14 +356,14 @@ static void with_redundancy_any_one_cable_may_be_pulled(void **state)
     for (size_t cable = 0; cable <= SLAVES; cable++) {
         uint64_t before = p.bus->port.one_sided;
 
-        segment_cable(&p.bus->segment, cable, false, p.now);
+        segment_cable(&p.bus->rack.segment, cable, false, p.now);
         for (unsigned i = 0; i < 30; i++) {
             /* Both ways together reach everybody. */
             assert_int_equal(exchange(&p), bus_expected_wkc(p.bus));
             assert_int_equal(states(&p, AL_OP), SLAVES);
         }
         assert_true(p.bus->port.one_sided >= before + 30);
-        segment_cable(&p.bus->segment, cable, true, p.now);
+        segment_cable(&p.bus->rack.segment, cable, true, p.now);
         for (unsigned i = 0; i < 5; i++)
             assert_int_equal(exchange(&p), bus_expected_wkc(p.bus));
         before = p.bus->port.one_sided;
@@ -380,7 +380,7 @@ static void without_redundancy_a_cable_is_missed(void **state)
 {
     struct plant *p = *state;
 
-    segment_cable(&p->bus->segment, 1, false, p->now);
+    segment_cable(&p->bus->rack.segment, 1, false, p->now);
     exchange(p);
     assert_int_equal(exchange(p), bus_expected_wkc(p->bus) - 3 * 3);
 }
@@ -396,16 +396,16 @@ static void drives_get_a_pulse_every_cycle_and_again_after_a_power_failure(void 
     open_with(&p, &config);
     for (unsigned round = 0; round < 2; round++) {
         for (size_t i = 0; i < SLAVES; i++) {
-            const uint8_t *memory = p.bus->slaves[i].memory;
+            const uint8_t *memory = p.bus->rack.slaves[i].memory;
 
             /* The terminal has no clock. */
             assert_int_equal(memory[REG_DC_ACTIVATION], i == 1 ? 0 : 3);
             assert_int_equal(get_u32(memory + REG_DC_CYCLE0), i == 1 ? 0 : MS);
         }
-        segment_power(&p.bus->segment, 3, false, p.now);
+        segment_power(&p.bus->rack.segment, 3, false, p.now);
         for (unsigned i = 0; i < 20; i++)
             exchange(&p);
-        segment_power(&p.bus->segment, 3, true, p.now);
+        segment_power(&p.bus->rack.segment, 3, true, p.now);
         assert_true(until_op(&p, 400) < 400);
     }
     bus_close(p.bus);
@@ -434,10 +434,10 @@ static void startup_values_are_written_before_safeop(void **state)
     assert_int_not_equal(get_u32(value), 4711);
     /* And again when it comes back from a power failure. */
     p.now = bus_now(p.bus);
-    segment_power(&p.bus->segment, 2, false, p.now);
+    segment_power(&p.bus->rack.segment, 2, false, p.now);
     for (unsigned i = 0; i < 10; i++)
         exchange(&p);
-    segment_power(&p.bus->segment, 2, true, p.now);
+    segment_power(&p.bus->rack.segment, 2, true, p.now);
     assert_true(until_op(&p, 600) < 600);
     size = sizeof value;
     assert_int_equal(bus_sdo_read(p.bus, 2, 0x6065, 0, value, &size, NULL), 0);
@@ -477,7 +477,7 @@ static void equal_histories_give_equal_inputs(void **state)
         open_with(&p, &config);
         for (unsigned i = 0; i < 400; i++) {
             if (i == 30 || i == 60)
-                segment_power(&p.bus->segment, 2, i == 60, p.now);
+                segment_power(&p.bus->rack.segment, 2, i == 60, p.now);
             exchange(&p);
             memcpy(trace[run][i], p.bus->image, sizeof trace[run][i]);
         }

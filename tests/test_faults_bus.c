@@ -18,7 +18,8 @@
 #define MS   1000000u
 #define FULL 12 /* working counter with all slaves: 3 each */
 
-static const struct bus_stimulus stimuli[] = { { 0, 20 * MS, 0 }, { 1, 7 * MS, 0 } };
+static const struct bus_stimulus stimuli[] = { { .bit = 0, .period_ns = 20 * MS },
+                                               { .bit = 1, .period_ns = 7 * MS } };
 static const struct bus_device machine[] = {
     { .type = "drive-cia402" },
     { .type = "dio-8x8", .stimuli = stimuli, .stimulus_count = 2 },
@@ -118,7 +119,7 @@ static void fault(struct plant *p, const char *text)
 /* The register of a slave (from 1) as it is, without the master's help. */
 static const uint8_t *reg(const struct plant *p, size_t slave, uint16_t address)
 {
-    return p->bus->slaves[slave - 1].memory + address;
+    return p->bus->rack.slaves[slave - 1].memory + address;
 }
 
 /* States as they are now: nothing else is under way beside the process data. */
@@ -821,7 +822,7 @@ static uint32_t difference(struct plant *p, size_t slave)
 {
     uint8_t bytes[4] = { 0 };
 
-    assert_true(slave_read(&p->bus->slaves[slave - 1], REG_DC_DIFFERENCE, bytes, 4));
+    assert_true(slave_read(&p->bus->rack.slaves[slave - 1], REG_DC_DIFFERENCE, bytes, 4));
     return get_u32(bytes) & 0x7fffffff;
 }
 
@@ -850,13 +851,13 @@ static void a_clock_that_changes_its_rate_does_not_jump(void **state)
     for (unsigned i = 0; i < 100; i++)
         cycle(p);
     p->now += 400 * MS;
-    slave_advance(&p->bus->slaves[2], p->now);
-    slave_read(&p->bus->slaves[2], REG_DC_SYSTEM_TIME, before, 8);
+    slave_advance(&p->bus->rack.slaves[2], p->now);
+    slave_read(&p->bus->rack.slaves[2], REG_DC_SYSTEM_TIME, before, 8);
     fault(p, "dc 3 drift -900");
-    slave_read(&p->bus->slaves[2], REG_DC_SYSTEM_TIME, after, 8);
+    slave_read(&p->bus->rack.slaves[2], REG_DC_SYSTEM_TIME, after, 8);
     assert_in_range(get_u64(after) - get_u64(before) + 2, 0, 4);
-    slave_advance(&p->bus->slaves[2], p->now + 100 * MS);
-    slave_read(&p->bus->slaves[2], REG_DC_SYSTEM_TIME, after, 8);
+    slave_advance(&p->bus->rack.slaves[2], p->now + 100 * MS);
+    slave_read(&p->bus->rack.slaves[2], REG_DC_SYSTEM_TIME, after, 8);
     assert_in_range(100 * MS - (get_u64(after) - get_u64(before)), 70 * 1000, 110 * 1000);
 }
 

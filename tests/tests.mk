@@ -19,7 +19,8 @@ $(FIXTURE_DIR)/%.tgm: conformance/fixtures/%.c conformance/fixtures/base.h sdk/i
 	    gcc $(MODULE_CFLAGS) -fno-builtin -o $@ $< sdk/src/mem.c $$link $$flags -Wl,-w
 
 # Each test program: its own source and what of the rooms it needs (all of them: they are small).
-UNIT_TESTS := test_text16 test_catalogue test_fixtures
+UNIT_TESTS := test_osc test_text16 test_catalogue test_fixtures \
+    test_profile
 SDK_TESTS := test_sdk_mem test_sdk_text test_sdk_motion test_sdk_start test_sdk_start5 test_sdk_start8
 IMAGE_TESTS := test_image test_image_real test_image_bad test_image_damage test_image_memory \
     test_image_pe test_image_pe_bad test_image_arm test_image_flat \
@@ -39,6 +40,10 @@ BUS_TESTS := test_segment test_slave test_coe test_drive test_bus test_client \
 BUS_TESTS += test_faults
 BUS_TESTS += test_pcap
 BUS_TESTS += test_faults_bus
+BUS_TESTS += test_terminals
+BUS_TESTS += test_device_file
+BUS_TESTS += test_esi
+BUS_TESTS += test_busfile
 
 $(addprefix $(BUILD)/obj/tests/,$(BUS_TESTS:=.o) bench_bus.o soak_segment.o): ALL_CFLAGS += -Itests $(BUS_CFLAGS)
 
@@ -94,7 +99,9 @@ $(BUILD)/test/test_machine_stack: | template-linked
 # Modules for tests of the host: every source of tests/host_modules for each layout.
 HOST_MODULE_DIR := $(BUILD)/host_modules
 HOST_MODULES := $(foreach layout,4 905 906,$(patsubst tests/host_modules/%.c,$(HOST_MODULE_DIR)/%_$(layout).tgm,$(wildcard tests/host_modules/*.c)))
-HOST_TESTS := test_host
+HOST_TESTS := test_scope test_host \
+    test_motion \
+    test_gear
 host_module_4 := -DTGM_GENERATION=4
 host_module_905 := -DTGM_GENERATION=5 -DTGM_MEMORY_ID=905
 host_module_906 := -DTGM_GENERATION=5 -DTGM_MEMORY_ID=906

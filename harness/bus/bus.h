@@ -42,11 +42,25 @@ struct bus_device {
     size_t stimulus_count;
 };
 
-/* The outside world at one digital input: low until phase, then high for half of every period. */
+enum bus_stimulus_kind {
+    BUS_SQUARE,   /* offset + amplitude for half of every period, then offset - amplitude */
+    BUS_TRIANGLE, /* starts at offset and rises */
+    BUS_RAMP,     /* from offset - amplitude to offset + amplitude, then back at once */
+    BUS_SINE,     /* starts at offset and rises */
+    BUS_NOISE,    /* another value every period, evenly spread, from the seed */
+    BUS_CONSTANT, /* offset from phase on, 0 before */
+};
+
+/* The outside world at one input. Until phase it rests: analog inputs at offset, digital ones low.
+ * A digital input is high while the signal is above the middle (constant: while it is not 0); its
+ * amplitude and offset mean nothing otherwise. Several stimuli of one input add up, digital ones by
+ * OR. Amplitude and offset within +-2^31. */
 struct bus_stimulus {
-    unsigned bit;
+    unsigned bit; /* channel, as in bus_set_input() */
     uint64_t period_ns;
     uint64_t phase_ns;
+    enum bus_stimulus_kind kind;
+    int64_t amplitude, offset;
 };
 
 /* A value of an object that a slave needs before it can go to SAFEOP: a choice of mapping, say. */

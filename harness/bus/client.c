@@ -1,8 +1,6 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 #include "bus/client.h"
 #include "bus/fiber.h"
-#include "bus/library.h"
-#include "bus/spread.h"
 
 #include <errno.h>
 #include <pthread.h>
@@ -24,54 +22,21 @@ static int fail(char why[BUS_WHY], int error, const char *format, ...)
     return error;
 }
 
-/* Consecutive slaves' seeds differ in all bits. */
-static uint64_t slave_seed(uint64_t seed, size_t index)
-{
-    return spread(seed + SPREAD_STEP * (index + 1));
-}
-
-static int build_segment(struct bus *bus, const struct bus_config *config, char why[BUS_WHY])
-{
-    bus->slaves = calloc(config->device_count, sizeof *bus->slaves);
-    if (!bus->slaves)
-        return fail(why, -ENOMEM, "no memory for %zu slaves", config->device_count);
-    for (size_t i = 0; i < config->device_count; i++) {
-        const struct bus_device *device = &config->devices[i];
-        struct slave_setup setup = { .type = library_find(config->library, device->type),
-                                     .seed = slave_seed(config->seed, i),
-                                     .serial = (uint32_t)(i + 1),
-                                     .stimuli = device->stimuli,
-                                     .stimulus_count = device->stimulus_count,
-                                     .identity = &device->identity,
-                                     .alias = device->alias };
-
-        if (!setup.type)
-            return fail(why, -EINVAL, "device %zu: no device type \"%s\"", i + 1, device->type);
-        setup.device = bus->devices[i] = calloc(1, setup.type->size);
-        if (!setup.device)
-            return fail(why, -ENOMEM, "no memory for device %zu", i + 1);
-        if (slave_init(&bus->slaves[i], &setup))
-            return fail(why, -EINVAL, "device type \"%s\": its SII does not fit", device->type);
-    }
-    segment_init(&bus->segment, bus->slaves, config->device_count);
-    bus->wire = (struct wire){ .segment = &bus->segment, .capture = config->capture };
-    return 0;
-}
-
 static int open_faults(struct bus *bus, const struct bus_config *config, char why[BUS_WHY])
 {
     const char *text = config->faults ? config->faults : "";
     int error = faults_open(&bus->faults, text, strlen(text),
-                            config->faults_name ? config->faults_name : "faults", &bus->segment,
-                            config->seed, why);
+                            config->faults_name ? config->faults_name : "faults",
+                            &bus->rack.segment, config->seed, why);
 
     if (!error && config->faults)
         bus->wire.faults = bus->faults;
     return error;
 }
 
-static void wire_context(struct bus *bus)
+static void wire_context(struct bus *bus, const struct bus_config *config)
 {
+    bus->wire = (struct wire){ .segment = &bus->rack.segment, .capture = config->capture };
     bus->port.wire = &bus->wire;
     bus->port.clock = &bus->clock;
     bus->context = (ecx_contextt){
@@ -266,11 +231,11 @@ int bus_open(struct bus **out, const struct bus_config *config, char why[BUS_WHY
     bus->cycle_ns = config->cycle_ns;
     bus->dc_sync = config->dc_sync;
     bus->image = bus->image_bytes;
-    wire_context(bus);
+    wire_context(bus, config);
     previous = bus_clock_enter(&bus->clock);
     error = open_fiber(bus, config, why);
     if (!error)
-        error = build_segment(bus, config, why);
+        error = rack_open(&bus->rack, config, why);
     if (!error)
         error = open_faults(bus, config, why);
     if (!error)
@@ -282,7 +247,7 @@ int bus_open(struct bus **out, const struct bus_config *config, char why[BUS_WHY
     /* After the delays have been measured: in a closed ring the last port of every slave hears
      * nothing, and SOEM would take it for the end of the line. */
     if (!error && config->redundant)
-        segment_close_ring(&bus->segment, true, bus->clock.now_ns);
+        segment_close_ring(&bus->rack.segment, true, bus->clock.now_ns);
     bus_clock_enter(previous);
     if (error)
         bus_close(bus);
@@ -296,10 +261,8 @@ void bus_close(struct bus *bus)
     if (!bus)
         return;
     faults_close(bus->faults);
-    for (size_t i = 0; i < BUS_MAX_SLAVES; i++)
-        free(bus->devices[i]);
+    rack_close(&bus->rack);
     fiber_close(bus->clock.fiber);
     free(bus->startup);
-    free(bus->slaves);
     free(bus);
 }

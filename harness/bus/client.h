@@ -6,8 +6,7 @@
 #include "bus/bus.h"
 #include "bus/faults.h"
 #include "bus/port/clock.h"
-#include "bus/segment.h"
-#include "bus/slave.h"
+#include "bus/rack.h"
 #include "bus/wire.h"
 
 #include "oshw.h"
@@ -23,7 +22,7 @@
 #define CLIENT_ENTRIES   64    /* mapped entries of one slave and direction */
 #define CLIENT_IMAGE_MAX 65536 /* SOEM's logical space of one group */
 
-#define CLIENT_APART     1024
+#define CLIENT_APART 1024
 
 struct client_entry {
     uint16_t index;
@@ -44,7 +43,7 @@ struct bus {
     struct bus_slave slave[BUS_MAX_SLAVES];
     struct client_map map[BUS_MAX_SLAVES][2]; /* by enum bus_direction */
 
-    struct segment segment;
+    struct rack rack;
     struct wire wire;
 
     /* Beside the process data: one thing at a time, on the fiber (client_jobs.c). */
@@ -56,8 +55,6 @@ struct bus {
     struct bus_startup *startup;
     size_t startup_count;
     struct faults *faults; /* at the wire from the first fault on */
-    struct slave *slaves;
-    void *devices[BUS_MAX_SLAVES];
 
     ecx_contextt context;
     ecx_portt port;

@@ -57,7 +57,7 @@ int bus_expected_wkc(const struct bus *bus)
 
 int bus_set_input(struct bus *bus, size_t slave, unsigned channel, int64_t value)
 {
-    struct slave *s = &bus->slaves[slave];
+    struct slave *s = &bus->rack.slaves[slave];
 
     if (slave >= bus->slave_count || !s->type->set_input)
         return -EINVAL;

@@ -178,7 +178,7 @@ static uint32_t scatter(struct slave *slave, const struct od_object *object)
         abort = od_write(slave->type->od, slave->device, slave->state, coe->index, 0, &zero, 1);
     for (unsigned sub = 1; !abort && sub <= od_max_subindex(object) && at < coe->size; sub++) {
         const struct od_entry *e = od_entry(object, (uint8_t)sub);
-        size_t n = e ? od_type_bits(e->type) / 8 : 0;
+        size_t n = e ? od_type_bytes(e->type) : 0;
 
         if (!n)
             continue;

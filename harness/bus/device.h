@@ -4,8 +4,9 @@
  *
  * A device type is one const row: identity and SII content as data, an object dictionary when it
  * speaks CoE, and a handful of callbacks. Adding a device is one file with such a row and one line
- * in devices.c. Callbacks run inside segment processing: they must not block, allocate or look at
- * any clock but the one they are given.
+ * in devices.c; adding a terminal is one device file in terminals/ and one line there. Callbacks
+ * run inside segment processing: they must not block, allocate or look at any clock but the one
+ * they are given.
  */
 #ifndef HARNESS_BUS_DEVICE_H
 #define HARNESS_BUS_DEVICE_H
@@ -78,6 +79,7 @@ struct device_type {
     /* The outside world holds input `channel` at `value` from now on (bus_set_input). 0 or -EINVAL;
      * NULL: no inputs. */
     int (*set_input)(void *device, unsigned channel, int64_t value);
+    unsigned input_count; /* channels of set_input */
     /* What input `channel` shows. 0 or -EINVAL; NULL: it cannot be told. */
     int (*get_input)(const void *device, unsigned channel, int64_t *value);
     /* The outside world lets go of input `channel` again: its stimuli count. NULL: it cannot. */
@@ -90,5 +92,7 @@ struct device_type {
 /* NULL past the end. */
 const struct device_type *device_type(size_t index);
 const struct device_type *device_type_find(const char *name);
+/* The device file of a built-in terminal; NULL when `name` is none. */
+const char *device_text(const char *name);
 
 #endif

@@ -2,7 +2,7 @@
 /*
  * identity.h - who the simulated devices say they are. These are not identities of real products:
  * the vendor id is outside what the EtherCAT Technology Group has given out. Whoever needs the
- * identity of a real device for a master's configuration sets it at build time.
+ * identity of a real device for a master's configuration sets it in a bus file or device file.
  */
 #ifndef HARNESS_BUS_IDENTITY_H
 #define HARNESS_BUS_IDENTITY_H
@@ -30,9 +30,6 @@
 #endif
 #ifndef BUS_REVISION
 #define BUS_REVISION 0x00010000u
-#endif
-#ifndef BUS_PRODUCT_DIO
-#define BUS_PRODUCT_DIO 0x00d10808u
 #endif
 
 #endif

@@ -8,6 +8,7 @@
 #define _GNU_SOURCE 1
 #include "bus/live.h"
 #include "bus/bytes.h"
+#include "bus/faults.h"
 #include "bus/live_socket.h"
 #include "bus/slave.h"
 
@@ -179,6 +180,27 @@ static bool pass(struct live *live, struct slot *slot, uint64_t *due_ns)
     return true;
 }
 
+/* Frames that come back beside the one returned: into the last free slots. How many. */
+static unsigned queue_extras(struct live *live, unsigned spare, uint64_t now_ns)
+{
+    const struct wire_frame *extra;
+    unsigned n = 0;
+
+    while ((extra = wire_extra(live->wire)) != NULL) {
+        struct slot *slot = &live->slot[live->order[SLOTS - 1]];
+
+        if (n >= spare || extra->port != SEGMENT_PORT_A) {
+            live->counts.dropped++;
+            continue;
+        }
+        slot->length = extra->length;
+        memcpy(slot->frame, extra->bytes, extra->length);
+        queue(live, SLOTS - 1, due(live, extra->length, now_ns, extra->back_ns));
+        n++;
+    }
+    return n;
+}
+
 /* Takes what has arrived, at most one batch. The number of frames, or negative errno. */
 static int receive(struct live *live)
 {
@@ -208,6 +230,8 @@ static int receive(struct live *live)
             queue(live, next, due_ns);
         else
             live->counts.dropped++;
+        /* What was received and not passed yet keeps its slot. */
+        next += queue_extras(live, SLOTS - live->waiting - (unsigned)(count - i), live->last_ns);
     }
     return count;
 }
@@ -257,6 +281,8 @@ static void pass_time(struct live *live)
 {
     uint64_t now_ns = live_now(live);
 
+    if (live->wire->faults)
+        faults_advance(live->wire->faults, now_ns);
     for (size_t i = 0; i < live->wire->segment->count; i++) {
         struct slave *slave = &live->wire->segment->slaves[i];
 

@@ -10,8 +10,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#define MAILBOX_MAX    256 /* largest mailbox of any device here, bytes */
-#define MAILBOX_MIN    16  /* one expedited SDO */
+#define MAILBOX_MAX    1024 /* largest mailbox of any device here, bytes */
+#define MAILBOX_MIN    16   /* one expedited SDO */
 #define MAILBOX_QUEUE  4
 #define MAILBOX_HEADER 6
 #define COE_TRANSFER   2048 /* largest object in one (segmented or complete) transfer, bytes */

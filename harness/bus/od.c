@@ -40,7 +40,11 @@ uint8_t od_max_subindex(const struct od_object *object)
 
 unsigned od_type_bits(uint8_t type)
 {
+    if (type >= OD_BIT1 && type <= OD_BIT8)
+        return type - OD_BIT1 + 1u;
     switch (type) {
+    case OD_BOOL:
+        return 1;
     case OD_I8:
     case OD_U8:
         return 8;
@@ -49,46 +53,67 @@ unsigned od_type_bits(uint8_t type)
         return 16;
     case OD_I32:
     case OD_U32:
+    case OD_REAL32:
         return 32;
+    case OD_I64:
+    case OD_U64:
+    case OD_REAL64:
+        return 64;
     default:
         return 0;
     }
 }
 
-static uint8_t *value_at(void *device, const struct od_entry *e, uint8_t subindex)
+unsigned od_type_bytes(uint8_t type)
 {
-    return (uint8_t *)device + e->offset +
-           (size_t)(subindex - e->first) * (od_type_bits(e->type) / 8);
+    return (od_type_bits(type) + 7) / 8;
 }
 
-/* Values live in the instance in the host's byte order. */
-static uint32_t load(const uint8_t *at, unsigned bits)
+bool od_type_signed(uint8_t type)
+{
+    return type == OD_I8 || type == OD_I16 || type == OD_I32 || type == OD_I64;
+}
+
+static uint8_t *value_at(void *device, const struct od_entry *e, uint8_t subindex)
+{
+    return (uint8_t *)device + e->offset + (size_t)(subindex - e->first) * od_type_bytes(e->type);
+}
+
+uint64_t od_load(const uint8_t *at, unsigned bytes)
 {
     uint16_t word;
-    uint32_t value;
+    uint32_t half;
+    uint64_t value;
 
-    switch (bits) {
-    case 8:
+    switch (bytes) {
+    case 1:
         return *at;
-    case 16:
+    case 2:
         memcpy(&word, at, sizeof word);
         return word;
+    case 4:
+        memcpy(&half, at, sizeof half);
+        return half;
     default:
         memcpy(&value, at, sizeof value);
         return value;
     }
 }
 
-static void store(uint8_t *at, unsigned bits, uint32_t value)
+void od_store(uint8_t *at, unsigned bytes, uint64_t value)
 {
     uint16_t word = (uint16_t)value;
+    uint32_t half = (uint32_t)value;
 
-    switch (bits) {
-    case 8:
+    switch (bytes) {
+    case 1:
         *at = (uint8_t)value;
         break;
-    case 16:
+    case 2:
         memcpy(at, &word, sizeof word);
+        break;
+    case 4:
+        memcpy(at, &half, sizeof half);
         break;
     default:
         memcpy(at, &value, sizeof value);
@@ -106,8 +131,8 @@ void od_reset(const struct od *od, void *device)
             if (e->type == OD_STRING || e->offset == OD_CONST)
                 continue;
             for (unsigned sub = e->first; sub <= e->last; sub++)
-                store(value_at(device, e, (uint8_t)sub), od_type_bits(e->type),
-                      (uint32_t)e->initial);
+                od_store(value_at(device, e, (uint8_t)sub), od_type_bytes(e->type),
+                         (uint64_t)e->initial);
         }
     }
 }
@@ -141,7 +166,7 @@ uint32_t od_read(const struct od *od, void *device, unsigned state, uint16_t ind
 {
     const struct od_entry *e;
     uint32_t abort = find(od, index, subindex, &e);
-    uint8_t bytes[4];
+    uint8_t bytes[8];
     const void *from = bytes;
     size_t length;
 
@@ -151,11 +176,11 @@ uint32_t od_read(const struct od *od, void *device, unsigned state, uint16_t ind
         return abort;
     if (od->refresh)
         od->refresh(device);
-    length = od_type_bits(e->type) / 8;
+    length = od_type_bytes(e->type);
     if (length) {
-        put_u32(bytes, e->offset == OD_CONST
-                           ? (uint32_t)e->initial
-                           : load(value_at(device, e, subindex), od_type_bits(e->type)));
+        put_u64(bytes, e->offset == OD_CONST
+                           ? (uint64_t)e->initial
+                           : od_load(value_at(device, e, subindex), (unsigned)length));
     } else {
         from = e->text;
         length = strlen(e->text);
@@ -167,7 +192,7 @@ uint32_t od_read(const struct od *od, void *device, unsigned state, uint16_t ind
     return SDO_OK;
 }
 
-static int64_t signed_value(uint8_t type, uint32_t raw)
+static int64_t signed_value(uint8_t type, uint64_t raw)
 {
     switch (type) {
     case OD_I8:
@@ -177,7 +202,7 @@ static int64_t signed_value(uint8_t type, uint32_t raw)
     case OD_I32:
         return (int32_t)raw;
     default:
-        return raw;
+        return (int64_t)raw;
     }
 }
 
@@ -186,26 +211,28 @@ uint32_t od_write(const struct od *od, void *device, unsigned state, uint16_t in
 {
     const struct od_entry *e;
     uint32_t abort = find(od, index, subindex, &e);
-    uint8_t bytes[4] = { 0 };
+    uint8_t bytes[8] = { 0 };
     size_t length;
-    uint32_t raw;
+    uint64_t raw;
 
     if (!abort)
         abort = access_abort(e->access, state, OD_WR_PREOP, OD_WR_PREOP | OD_WR_SAFEOP | OD_WR_OP,
                              SDO_READ_ONLY);
     if (abort)
         return abort;
-    length = od_type_bits(e->type) / 8;
+    length = od_type_bytes(e->type);
     if (size != length)
         return size > length ? SDO_TOO_LONG : SDO_TOO_SHORT;
     memcpy(bytes, data, size);
-    raw = get_u32(bytes);
+    raw = get_u64(bytes);
+    if (od_type_bits(e->type) < 8 && raw >> od_type_bits(e->type))
+        return SDO_RANGE;
     abort = pdo_check(od, device, index, subindex, signed_value(e->type, raw));
     if (!abort && od->check)
         abort = od->check(device, index, subindex, signed_value(e->type, raw));
     if (abort)
         return abort;
-    store(value_at(device, e, subindex), od_type_bits(e->type), raw);
+    od_store(value_at(device, e, subindex), (unsigned)length, raw);
     if (od->written)
         od->written(device, index, subindex);
     return SDO_OK;

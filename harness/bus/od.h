@@ -11,15 +11,22 @@
 #include <stdint.h>
 
 enum od_type {
+    OD_BOOL = 0x01,
     OD_I8 = 0x02,
     OD_I16 = 0x03,
     OD_I32 = 0x04,
     OD_U8 = 0x05,
     OD_U16 = 0x06,
     OD_U32 = 0x07,
+    OD_REAL32 = 0x08,
     OD_STRING = 0x09,
+    OD_REAL64 = 0x11,
+    OD_I64 = 0x15,
+    OD_U64 = 0x1b,
     OD_PDO_MAPPING = 0x21, /* of objects only */
     OD_IDENTITY = 0x23,    /* of objects only */
+    OD_BIT1 = 0x30,        /* and so on up to OD_BIT8 */
+    OD_BIT8 = 0x37,
 };
 
 enum od_code { OD_VAR = 7, OD_ARRAY = 8, OD_RECORD = 9 };
@@ -116,7 +123,8 @@ struct pdo_image {
 
 enum pdo_direction { PDO_RX, PDO_TX }; /* outputs, inputs */
 
-/* Where the PDO objects of a device live. */
+/* Where the PDO objects of a device live. All zero but for `resolve` and `image_offset` when the
+ * device resolves its mapping itself. */
 struct od_pdo {
     uint16_t assign_index;    /* 0x1C12 or 0x1C13 */
     uint16_t map_first;       /* index of maps[0]; the others follow */
@@ -127,6 +135,9 @@ struct od_pdo {
     uint32_t image_offset;  /* struct pdo_image */
     uint16_t max_bytes;     /* room in the sync manager's memory */
     uint16_t mappable;      /* OD_RX_MAP or OD_TX_MAP */
+    /* Resolves in place of pdo_resolve(), for mappings that are not made of bytes; fills `bits` of
+     * the image. NULL: pdo_resolve() does it. */
+    uint16_t (*resolve)(void *device, enum pdo_direction direction);
 };
 
 struct od {
@@ -144,7 +155,12 @@ struct od {
 const struct od_object *od_find(const struct od *od, uint16_t index);
 const struct od_entry *od_entry(const struct od_object *object, uint8_t subindex);
 uint8_t od_max_subindex(const struct od_object *object);
-unsigned od_type_bits(uint8_t type); /* 0 for strings */
+unsigned od_type_bits(uint8_t type);  /* as mapped; 0 for strings */
+unsigned od_type_bytes(uint8_t type); /* in an SDO and in the instance; 0 for strings */
+bool od_type_signed(uint8_t type);
+/* Values in the instance, 1, 2, 4 or 8 bytes in the host's order. */
+uint64_t od_load(const uint8_t *at, unsigned bytes);
+void od_store(uint8_t *at, unsigned bytes, uint64_t value);
 
 /* Loads every `initial`. */
 void od_reset(const struct od *od, void *device);

@@ -136,6 +136,8 @@ uint16_t pdo_resolve(const struct od *od, void *device, enum pdo_direction direc
     struct pdo_image *image = image_of(od, device, direction);
     uint16_t refusal = direction == PDO_RX ? AL_CODE_OUTPUT_MAPPING : AL_CODE_INPUT_MAPPING;
 
+    if (pdo->resolve)
+        return pdo->resolve(device, direction);
     memset(image, 0, sizeof *image);
     for (unsigned i = 0; i < assign->count; i++) {
         const struct pdo_map *map = map_of(pdo, device, assign->pdo[i]);

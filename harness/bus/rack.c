@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 #include "bus/rack.h"
 #include "bus/library.h"
+#include "bus/spread.h"
 
 #include <errno.h>
 #include <stdarg.h>
@@ -18,22 +19,12 @@ static int fail(char why[BUS_WHY], int error, const char *format, ...)
     return error;
 }
 
-/* Spreads consecutive slaves' seeds over all bits (splitmix64). */
-static uint64_t slave_seed(uint64_t seed, size_t index)
-{
-    uint64_t z = seed + 0x9e3779b97f4a7c15u * (index + 1);
-
-    z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9u;
-    z = (z ^ z >> 27) * 0x94d049bb133111ebu;
-    return z ^ z >> 31;
-}
-
 static int fill_place(struct rack *rack, const struct bus_config *config, size_t i,
                       char why[BUS_WHY])
 {
     const struct bus_device *device = &config->devices[i];
     struct slave_setup setup = { .type = library_find(config->library, device->type),
-                                 .seed = slave_seed(config->seed, i),
+                                 .seed = spread(config->seed + SPREAD_STEP * (i + 1)),
                                  .serial = (uint32_t)(i + 1),
                                  .stimuli = device->stimuli,
                                  .stimulus_count = device->stimulus_count,

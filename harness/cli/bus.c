@@ -2,11 +2,14 @@
 #include <errno.h>
 #include <inttypes.h>
 #include <signal.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/ioctl.h>
 #include <time.h>
 #include <unistd.h>
 
+#include "bus/busfile.h"
+#include "bus/faults.h"
 #include "bus/live.h"
 #include "bus/rack.h"
 #include "bus/view.h"
@@ -20,6 +23,7 @@
 struct bus_show {
     const struct command *command;
     struct rack rack;
+    struct faults *faults;
     struct live *live;
     struct capture capture;
     FILE *screen; /* standard error when the capture goes to standard output */
@@ -217,12 +221,28 @@ static uint64_t wall_ns(void)
     return (uint64_t)t.tv_sec * 1000000000u + (uint64_t)t.tv_nsec;
 }
 
+/* Script time 0 is the moment the slaves begin to answer. */
+static int open_faults(struct bus_show *show, const char *path, uint64_t seed)
+{
+    char why[FAULTS_WHY];
+    char *text = read_text(show->command, "fault script", path);
+    if (text == NULL)
+        return EXIT_CALL;
+    const int r =
+        faults_open(&show->faults, text, strlen(text), path, &show->rack.segment, seed, why);
+    free(text);
+    if (r != 0)
+        return complain(show->command, "%s", why);
+    faults_begin(show->faults, 0);
+    return 0;
+}
+
 static int open_and_serve(struct bus_show *show, struct live_config *config, const char *pcap,
                           uint64_t for_ns)
 {
     const struct sigaction action = { .sa_handler = stop };
     char why[LIVE_WHY];
-    struct wire wire = { .segment = &show->rack.segment };
+    struct wire wire = { .segment = &show->rack.segment, .faults = show->faults };
     config->wire = &wire;
     if (live_open(&show->live, config, why) != 0)
         return complain(show->command, "%s", why);
@@ -278,6 +298,12 @@ static int read_devices(const struct command *command, const char *const *words,
     return 0;
 }
 
+static bool is_bus_file(const char *const *words, int count)
+{
+    const size_t length = count == 1 ? strlen(words[0]) : 0;
+    return length > 4 && strcmp(words[0] + length - 4, ".bus") == 0;
+}
+
 static int read_timing(const struct command *command, const char *word, enum live_timing *timing)
 {
     *timing = strcmp(word, "real") == 0 ? LIVE_REAL : LIVE_AT_ONCE;
@@ -292,13 +318,15 @@ int command_bus(const struct command *command, int argc, char **argv)
     struct live_config live = { 0 };
     struct bus_device devices[BUS_MAX_SLAVES];
     struct bus_config config = { .devices = devices, .seed = DEFAULT_SEED };
-    const char *words[BUS_MAX_SLAVES], *timing = "instant", *pcap = NULL;
+    const char *words[BUS_MAX_SLAVES], *timing = "instant", *pcap = NULL, *faults = NULL;
     uint64_t for_ns = UINT64_MAX;
     const struct option table[] = {
         { "--interface", OPTION_TEXT, "NAME",
           "where the slaves answer: one end of a veth pair, a tap", &live.interface, 0, 0 },
         { "--for", OPTION_DURATION, "TIME", "as in 10s (default: until Ctrl-C)", &for_ns, 0, 0 },
         { "--pcap", OPTION_TEXT, "FILE", "capture for Wireshark, - for standard output", &pcap, 0,
+          0 },
+        { "--faults", OPTION_TEXT, "FILE", "what goes wrong, and when (docs/faults.md)", &faults, 0,
           0 },
         { "--timing", OPTION_TEXT, "HOW",
           "instant (default), or real: answers take their time on the wire", &timing, 0, 0 },
@@ -313,17 +341,35 @@ int command_bus(const struct command *command, int argc, char **argv)
     show.command = command;
     if (!options_read(command, table, argc, argv, words, BUS_MAX_SLAVES, &count, &status))
         return status;
-    if ((status = read_devices(command, words, count, devices)) != 0 ||
-        (status = read_timing(command, timing, &live.timing)) != 0)
+    struct busfile *file = NULL;
+    if (is_bus_file(words, count)) {
+        char what[LIBRARY_WHY];
+        if (busfile_read(&file, words[0], what) != 0)
+            return complain(command, "%s", what);
+        config.devices = file->devices;
+        config.library = file->library;
+        config.device_count = file->device_count;
+        if (file->redundant)
+            return complain(command, "%s closes a ring: tgm bus has one end only", words[0]);
+    } else {
+        status = read_devices(command, words, count, devices);
+        config.device_count = (size_t)count;
+        if (status != 0)
+            return status;
+    }
+    if ((status = read_timing(command, timing, &live.timing)) != 0)
         return status;
     if (live.interface == NULL)
         return complain(command, "which interface? usage: tgm bus %s", command->usage);
-    config.device_count = (size_t)count;
     if (rack_open(&show.rack, &config, why) != 0)
         return complain(command, "%s", why);
-    status = open_and_serve(&show, &live, pcap, for_ns);
+    status = faults != NULL ? open_faults(&show, faults, config.seed) : 0;
+    if (status == 0)
+        status = open_and_serve(&show, &live, pcap, for_ns);
+    faults_close(show.faults);
     capture_close(&show.capture);
     live_close(show.live);
     rack_close(&show.rack);
+    busfile_close(file);
     return status;
 }

@@ -70,6 +70,10 @@ struct output {
     char *path, *temporary; /* temporary is NULL when the stream writes to its place directly */
 };
 
+/* The whole text file, to be freed; NULL, and the reason said, when that is not possible. `what` is
+ * what messages call it. */
+char *read_text(const struct command *command, const char *what, const char *path);
+
 /* Both names lead to one existing file. */
 bool same_file(const char *a, const char *b);
 
@@ -85,6 +89,7 @@ int command_inspect(const struct command *command, int argc, char **argv);
 int command_rules(const struct command *command, int argc, char **argv);
 int command_new(const struct command *command, int argc, char **argv);
 int command_registers(const struct command *command, int argc, char **argv);
+int command_device(const struct command *command, int argc, char **argv);
 int command_explain(const struct command *command, int argc, char **argv);
 
 #endif

@@ -132,7 +132,7 @@ static char *filled_in(const struct project *project, const char *text)
     return now;
 }
 
-static char *read_text(const char *path)
+static char *template_text(const char *path)
 {
     FILE *file = fopen(path, "re");
     char *text = malloc(FILE_MAX + 1);
@@ -202,7 +202,7 @@ static int write_text(const char *path, const char *text)
 
 static int copy_file(const struct project *project, const char *from, const char *to)
 {
-    char *text = read_text(from);
+    char *text = template_text(from);
     char *full = text != NULL ? filled_in(project, text) : NULL;
     const int r = full != NULL ? write_text(to, full) : -EIO;
     free(text);
@@ -251,7 +251,7 @@ static bool is_in_template(const struct project *project, size_t language)
     char path[PATH_MAX + 64];
     snprintf(path, sizeof path, "%s/templates/%s/" STEM ".%s", project->share,
              languages[language].name, languages[language].suffix);
-    char *code = read_text(path);
+    char *code = template_text(path);
     const bool found =
         code != NULL && strcasecmp(project->name, STEM) != 0 &&
         has_word(code, project->name, strcmp(languages[language].name, "pascal") == 0);

@@ -7,6 +7,8 @@
 
 #include "cli/cli.h"
 
+#define TEXT_MAX 1048576 /* bytes of a text file that is read whole */
+
 /* Devices and pipes are written in place: there is nothing to replace. */
 static bool written_in_place(const char *path)
 {
@@ -76,4 +78,27 @@ int output_close(struct output *output, bool keep)
     free(output->path);
     memset(output, 0, sizeof *output);
     return r;
+}
+
+/* The whole file as a string; NULL, and the reason said, when that is not possible. */
+char *read_text(const struct command *command, const char *what, const char *path)
+{
+    FILE *file = fopen(path, "rb");
+    char *text = malloc(TEXT_MAX + 1);
+    size_t size = 0;
+    int error = file == NULL ? errno : text == NULL ? ENOMEM : 0;
+    if (error == 0) {
+        size = fread(text, 1, TEXT_MAX + 1, file);
+        error = ferror(file) ? EIO : size > TEXT_MAX ? EFBIG : 0;
+    }
+    if (file != NULL)
+        fclose(file);
+    if (error == 0 && memchr(text, '\0', size) == NULL) {
+        text[size] = '\0';
+        return text;
+    }
+    complain(command, "cannot read %s '%s': %s", what, path,
+             error != 0 ? strerror(error) : "it is no text");
+    free(text);
+    return NULL;
 }

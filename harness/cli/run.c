@@ -8,13 +8,13 @@
 #include <unistd.h>
 
 #include "cli/capture.h"
+#include "bus/busfile.h"
 #include "cli/cli.h"
 #include "conformance/profile.h"
 #include "conformance/rules.h"
 
 #define RECORD_MAX 64
 #define RUN_WHY    1024
-#define SCRIPT_MAX 1048576 /* bytes of a fault script */
 
 /* One run on its way: what was asked for and what has been shown so far. */
 struct run {
@@ -25,6 +25,7 @@ struct run {
     struct recording recording;
     struct output csv;
     const char *csv_path;
+    struct plant plant; /* with --bus */
     struct capture capture;
     const char *pcap_path;
     FILE *screen; /* standard error when recording or capture go to standard output */
@@ -284,27 +285,19 @@ static int open_module(struct run *run, const struct profile *profile, const cha
     return EXIT_MODULE;
 }
 
-/* The whole file as a string; NULL, and the reason said, when that is not possible. */
-static char *read_script(const struct run *run, const char *path)
+/* Stays until the end of the run: devices, library and stimuli are in it. */
+static int read_bus(struct run *run, const char *path)
 {
-    FILE *file = fopen(path, "rb");
-    char *text = malloc(SCRIPT_MAX + 1);
-    size_t size = 0;
-    int error = file == NULL ? errno : text == NULL ? ENOMEM : 0;
-    if (error == 0) {
-        size = fread(text, 1, SCRIPT_MAX + 1, file);
-        error = ferror(file) ? EIO : size > SCRIPT_MAX ? EFBIG : 0;
-    }
-    if (file != NULL)
-        fclose(file);
-    if (error == 0 && memchr(text, '\0', size) == NULL) {
-        text[size] = '\0';
-        return text;
-    }
-    complain(run->command, "cannot read fault script '%s': %s", path,
-             error != 0 ? strerror(error) : "it is no text");
-    free(text);
-    return NULL;
+    static struct busfile *file;
+    char why[LIBRARY_WHY];
+    if (busfile_read(&file, path, why) != 0)
+        return complain(run->command, "%s", why);
+    run->plant = (struct plant){ .devices = file->devices,
+                                 .device_count = file->device_count,
+                                 .library = file->library,
+                                 .redundant = file->redundant,
+                                 .as_found = true };
+    return 0;
 }
 
 static int refuse_self(const struct run *run, const char *option, const char *file,
@@ -359,7 +352,7 @@ static bool is_stdout(const char *path)
 int command_run(const struct command *command, int argc, char **argv)
 {
     static struct run run;
-    const char *profile_name = "pc4", *record = NULL, *module = NULL, *faults = NULL;
+    const char *profile_name = "pc4", *record = NULL, *bus = NULL, *module = NULL, *faults = NULL;
     char *script = NULL;
     uint64_t duration = UINT64_C(2000000000), cycle_us = 0, seed = DEFAULT_SEED;
     const struct option table[] = {
@@ -375,6 +368,9 @@ int command_run(const struct command *command, int argc, char **argv)
           &run.pcap_path, 0, 0 },
         { "--seed", OPTION_NUMBER, "N", "seed of places, poison and machine (default 0x1d2f)",
           &seed, 0, 0 },
+        { "--bus", OPTION_TEXT, "FILE",
+          "what stands on the bus (docs/bus-files.md); default: one drive, one 8/8 terminal", &bus,
+          0, 0 },
         { "--faults", OPTION_TEXT, "FILE", "what goes wrong on the bus, and when (docs/faults.md)",
           &faults, 0, 0 },
         { "--in-process", OPTION_FLAG, NULL,
@@ -406,14 +402,16 @@ int command_run(const struct command *command, int argc, char **argv)
     run.experiment.host.product = product;
     if (record != NULL && (status = read_registers(&run, record)) != 0)
         return status;
-    if (faults != NULL && (script = read_script(&run, faults)) == NULL)
+    if (faults != NULL && (script = read_text(command, "fault script", faults)) == NULL)
         return EXIT_CALL;
     run.experiment.host.faults = script;
     run.experiment.host.faults_name = faults;
     run.experiment.name = "run";
     run.experiment.host.cycle_us = (uint32_t)cycle_us;
     run.experiment.host.seed = seed;
-    run.experiment.host.plant = &plant_default;
+    if (bus != NULL && (status = read_bus(&run, bus)) != 0)
+        return status;
+    run.experiment.host.plant = bus != NULL ? &run.plant : &plant_default;
     run.experiment.cycles = (duration + cycle_us * 1000 - 1) / (cycle_us * 1000);
     status = start(&run, profile, module, record);
     free(script);

@@ -33,6 +33,8 @@ static int bus_start(struct host *host, char why[HOST_WHY])
         .faults = host->config.faults,
         .faults_name = host->config.faults_name,
         .capture = host->config.capture,
+        .library = host->config.plant->library,
+        .redundant = host->config.plant->redundant,
     };
     return bus_open(&host->bus, &config, why);
 }
@@ -41,11 +43,14 @@ static int bus_ready(struct host *host, char why[HOST_WHY])
 {
     if (host->bus == NULL)
         return 0;
-    if (host->axis_count != host->config.plant->servos ||
-        host->terminal_count != host->config.plant->dios) {
+    if (host->config.plant->as_found) {
+        host->system->Main.Number_Servos = (uint32_t)host->axis_count;
+        host->system->Main.Number_Dios = (uint32_t)host->terminal_count;
+    } else if (host->axis_count != host_servos(host) ||
+               host->terminal_count != host->config.plant->dios) {
         snprintf(why, HOST_WHY,
                  "the bus has %zu servos and %zu I/O units, the configuration says %u and %u",
-                 host->axis_count, host->terminal_count, host->config.plant->servos,
+                 host->axis_count, host->terminal_count, host_servos(host),
                  host->config.plant->dios);
         return -ENODEV;
     }
@@ -107,7 +112,7 @@ static int open_host(struct host **out, const struct host_config *config, struct
     r = find_entries(host, why);
     if (r == 0)
         r = memories_open(host, why);
-    if (r == 0 && !config->without_bus)
+    if (r == 0 && !config->without_bus && config->plant->device_count > 0)
         r = bus_start(host, why);
     if (r == 0)
         r = parts_open(host, why);
@@ -317,6 +322,9 @@ const struct host_ops HOST_OPS = {
     .start = start,
     .cycle = cycle,
     .on_sample = on_sample,
+    .osc_arm = scope_arm,
+    .osc_samples = scope_samples,
+    .osc_row = scope_row,
     .cycles = cycles,
     .time = time_of,
     .register_at = register_at,

@@ -11,8 +11,9 @@
  * compiled once for each layout (host_parts.h); the functions below find the one that the product
  * needs. Nothing outside the host room sees a layout.
  *
- * Which slave becomes which register group: bus order; every CiA 402 axis is the next SERVO, every
- * slave without axes that has process data is the next DIO.
+ * Which slave becomes which register group: the list of servos, where there is one, otherwise bus
+ * order; every CiA 402 axis is the next SERVO, every slave without axes that has process data is
+ * the next DIO.
  */
 #ifndef HARNESS_HOST_HOST_H
 #define HARNESS_HOST_HOST_H
@@ -34,6 +35,9 @@ struct plant {
     const struct bus_device *devices;
     size_t device_count;
     unsigned servos, dios; /* what the configuration announces: MAIN.Number_Servos, Number_Dios */
+    bool as_found;         /* instead: as many as there are on the bus */
+    const struct bus_library *library; /* of bus_config */
+    bool redundant;
 };
 
 /* One CiA 402 drive and one digital terminal whose input 0 goes on and off (docs/decisions.md, H3).
@@ -58,12 +62,37 @@ struct mutation {
     uint64_t value;
 };
 
+/* One SERVO register group, in the order of the configuration. */
+struct host_servo {
+    uint32_t type;       /* SERVO_TYPE_...; 0 is a virtual servo, behind which there is no slave */
+    uint32_t node;       /* place of its slave on the bus, from 1 */
+    uint32_t axis;       /* of a drive with several, from 1; 0 means 1 */
+    uint32_t feedback;   /* SERVO.FeedbackType, where the layout has it */
+    uint32_t resolution; /* inc/rev of a virtual servo, 0: 2^20; a drive tells its own */
+};
+
+/* SERVO.Mode: which value selects which source of motion (docs/decisions.md, M1). */
+struct servo_modes {
+    int32_t off;          /* none; the axis is disabled */
+    int32_t position;     /* the PLC writes WritePosition */
+    int32_t pg;           /* the profile generator, SERVO.Pg */
+    int32_t gear;         /* linear gear or cam, SERVO.Gear */
+    int32_t pg_gear;      /* the sum of both */
+    int32_t interpolator; /* the axis of an interpolator that SERVO.Cnc names */
+    int32_t user;         /* TransformedPosition */
+};
+
+extern const struct servo_modes servo_modes_default;
+
 struct host_config {
     const struct product *product;
     uint32_t cycle_us;             /* one the product allows */
     uint32_t program_period_us[3]; /* Program_01..03; 0 = the product's default */
     uint64_t seed;
     const struct plant *plant;
+    const struct host_servo *servos; /* NULL: every axis of the bus, in bus order */
+    unsigned servo_count;
+    const struct servo_modes *modes; /* NULL: servo_modes_default */
     const char *faults,
         *faults_name; /* what goes wrong on the bus (docs/faults.md); NULL: nothing */
     bool without_bus; /* no slaves are made: for experiments that only call Program_Ini */
@@ -72,6 +101,17 @@ struct host_config {
 };
 
 struct host; /* its first member says which layout it was made for */
+
+/* What TG Motion's oscilloscope is to record: its registers, as Observer would write them. */
+struct host_osc {
+    const struct catalogue_register *channels;
+    size_t count;
+    uint32_t every; /* cycles */
+    bool triggered, falling;
+    struct catalogue_register trigger;
+    double level;
+    uint32_t pretrigger; /* samples; needs 5.02 and a trigger */
+};
 
 /* Taken right after Program_04 of every cycle, where the oscilloscope samples. */
 typedef void host_sample(void *argument, struct host *host);
@@ -88,6 +128,14 @@ bool host_start(struct host *host);
 bool host_cycle(struct host *host);
 
 void host_on_sample(struct host *host, host_sample *sample, void *argument);
+
+/* Sets the oscilloscope up and starts it. 0, or -EINVAL with the reason: too many channels, a
+ * register of a type that cannot be recorded, a pre-trigger where there is none. */
+int host_osc_arm(struct host *host, const struct host_osc *wanted, char why[HOST_WHY]);
+/* What it has recorded: samples, and of each a row with time (s, from the trigger, or from the
+ * first sample) and values. */
+size_t host_osc_samples(const struct host *host);
+void host_osc_row(const struct host *host, size_t index, double *row);
 
 uint64_t host_cycles(const struct host *host);
 /* Simulated nanoseconds since the first cycle began. */

@@ -14,6 +14,9 @@ struct host_ops {
     bool (*start)(struct host *host);
     bool (*cycle)(struct host *host);
     void (*on_sample)(struct host *host, host_sample *sample, void *argument);
+    int (*osc_arm)(struct host *host, const struct host_osc *wanted, char why[HOST_WHY]);
+    size_t (*osc_samples)(const struct host *host);
+    void (*osc_row)(const struct host *host, size_t index, double *row);
     uint64_t (*cycles)(const struct host *host);
     uint64_t (*time)(const struct host *host);
     const void *(*register_at)(const struct host *host, const struct catalogue_register *reg);

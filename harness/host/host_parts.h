@@ -16,6 +16,8 @@
 #include <tgm_plc.h>
 
 #include "host/host_ops.h"
+#include "host/motion.h"
+#include "host/osc.h"
 #include "host/schedule.h"
 
 #if TGM_GENERATION == 4
@@ -35,13 +37,15 @@ typedef uint32_t dio_word;
 #define DIO_WORDS 16
 
 #define HOST_MEMORIES  16
-#define HOST_AXES      32
+#define HOST_AXES      256
 #define HOST_TERMINALS 16
 
-/* A servo register group and the drive axis behind it. */
+#define NO_SLAVE SIZE_MAX /* of a virtual servo */
+
+/* A servo register group and the drive axis behind it, if there is one. */
 struct axis {
     SERVO *reg;
-    size_t slave;
+    size_t slave;                                          /* or NO_SLAVE */
     struct bus_entry control, mode, target;                /* outputs */
     struct bus_entry status, mode_display, actual, inputs; /* inputs; bits == 0 when not mapped */
     uint32_t raw;                                          /* last position on the wire, wraps */
@@ -49,6 +53,8 @@ struct axis {
     double sent;                                           /* last set-point sent, inc */
     double sent_speed;
     bool tracking; /* the set-point follows the axis because it is not enabled */
+    bool asked;    /* it was to be enabled when the outputs left */
+    struct axis_motion motion;
 };
 
 /* An I/O register group and the terminal behind it. */
@@ -87,6 +93,7 @@ struct host {
 
     const struct catalogue *catalogue; /* the product's layout */
     void *memory[HOST_MEMORIES];       /* by catalogue index */
+    size_t memory_bytes[HOST_MEMORIES];
     SYSTEM *system;
     PLC_DATA *plc_data[ENTRY_COUNT];    /* the host's view */
     void *plc_data_module[ENTRY_COUNT]; /* what the module is given: read-only */
@@ -97,8 +104,11 @@ struct host {
     bool exchanged;    /* process data have come back at least once: inputs mean something */
     struct axis axes[HOST_AXES];
     size_t axis_count;
+    uint64_t servo_tick; /* MAIN.Servo_Tick, counting on */
     struct terminal terminals[HOST_TERMINALS];
     size_t terminal_count;
+
+    struct osc osc;
 
     uint64_t cycle, now_ns, timer_ms;
     uint64_t due_ns[3]; /* Program_01..03 */
@@ -108,10 +118,31 @@ struct host {
 
 /* In the order in which they act; ends with NULL. host_rows.c */
 extern const struct host_part *const host_parts[];
-extern const struct host_part host_timers, host_servo, host_dio;
+extern const struct host_part host_scope;
+extern const struct host_part host_timers, host_servo, host_capture, host_motion, host_dio;
 
 /* services.c: fills the functions of a PLC_DATA; the services act for this host from now on. */
 void services_bind(struct host *host, PLC_DATA *data);
+
+/* servo.c: whether the PLC wants the axis enabled; whether it is, and follows its set-point. */
+bool servo_wanted(const struct host *host, const struct axis *axis);
+bool servo_runs(const struct host *host, const struct axis *axis);
+
+/* command.c: SERVO.Command, before the generators of a cycle and after them. */
+void command_before(struct host *host, struct axis *axis);
+void command_after(const struct host *host, struct axis *axis);
+
+/* motion.c: where a generator takes over the set-point. */
+double motion_start(const struct host *host, const struct axis *axis);
+
+/* The axis counts its positions from elsewhere: RefPosition becomes `reference`, and
+ * nothing moves. */
+void motion_refer(struct axis *axis, double reference);
+
+/* scope.c: host.h's functions for the oscilloscope. */
+int scope_arm(struct host *host, const struct host_osc *wanted, char why[HOST_WHY]);
+size_t scope_samples(const struct host *host);
+void scope_row(const struct host *host, size_t index, double *row);
 
 /* memories.c */
 int memories_open(struct host *host, char why[HOST_WHY]);
@@ -121,6 +152,17 @@ void memories_mutate(struct host *host);
 static inline double host_cycle_seconds(const struct host *host)
 {
     return host->config.cycle_us * 1e-6;
+}
+
+/* How many servos the configuration announces. */
+static inline unsigned host_servos(const struct host *host)
+{
+    return host->config.servos != NULL ? host->config.servo_count : host->config.plant->servos;
+}
+
+static inline const struct servo_modes *host_modes(const struct host *host)
+{
+    return host->config.modes != NULL ? host->config.modes : &servo_modes_default;
 }
 
 #endif

@@ -4,6 +4,9 @@
 const struct host_part *const host_parts[] = {
     &host_timers,
     &host_servo,
+    &host_capture,
+    &host_motion,
     &host_dio,
+    &host_scope,
     NULL,
 };

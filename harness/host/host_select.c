@@ -45,6 +45,21 @@ void host_on_sample(struct host *host, host_sample *sample, void *argument)
     ops(host)->on_sample(host, sample, argument);
 }
 
+int host_osc_arm(struct host *host, const struct host_osc *wanted, char why[HOST_WHY])
+{
+    return ops(host)->osc_arm(host, wanted, why);
+}
+
+size_t host_osc_samples(const struct host *host)
+{
+    return ops(host)->osc_samples(host);
+}
+
+void host_osc_row(const struct host *host, size_t index, double *row)
+{
+    ops(host)->osc_row(host, index, row);
+}
+
 uint64_t host_cycles(const struct host *host)
 {
     return ops(host)->cycles(host);

@@ -51,7 +51,7 @@ static void fill_main(struct host *host)
     MAIN *m = &host->system->Main;
     m->TGMotion_Version = product->version;
     m->Size_EEPROM_Memory = sizeof host->system->Eeprom.Data;
-    m->Number_Servos = host->config.plant->servos;
+    m->Number_Servos = host_servos(host);
     m->Number_Dios = host->config.plant->dios;
     m->Servo_SetCycleTime = host->config.cycle_us;
     m->PLC_SetCycleTime_Prg1 = period[0];
@@ -106,6 +106,7 @@ int memories_open(struct host *host, char why[HOST_WHY])
                             &host->memory[i], &module, why);
         if (r != 0)
             return r;
+        host->memory_bytes[i] = memory->size;
         if (strcmp(memory->name, "TGM_System") == 0)
             host->system = host->memory[i];
     }

@@ -1,9 +1,11 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /*
- * The SERVO register groups: drives seen and commanded through CiA 402 objects on the bus.
+ * The SERVO register groups: drives seen and commanded through CiA 402 objects on the bus, and
+ * virtual servos, which have none.
  *
  * What the manual leaves open is decided in docs/decisions.md: M1 (Mode), M5 (Offset, Correction,
- * PositionError), M7 (one increment of the register is one increment on the wire).
+ * PositionError), M6 (virtual servos), M7 (one increment of the register is one increment on the
+ * wire).
  */
 #include "host/host_parts.h"
 
@@ -11,7 +13,8 @@
 #include <math.h>
 #include <stdio.h>
 
-#define CSP 8 /* cyclic synchronous position, 0x6060 */
+#define CSP                8 /* cyclic synchronous position, 0x6060 */
+#define VIRTUAL_RESOLUTION (1u << 20)
 
 enum {
     CONTROL_DISABLE_VOLTAGE = 0x00,
@@ -22,16 +25,35 @@ enum {
 };
 enum { STATUS_FAULT = 0x08, STATUS_ENABLED = 0x27 };
 
-static int axis_open(struct host *host, size_t slave, unsigned number, char why[HOST_WHY])
+/* The next register group; NULL when there is none left. */
+static struct axis *axis_new(struct host *host, size_t slave, char why[HOST_WHY])
 {
-    if (host->axis_count == HOST_AXES) {
-        snprintf(why, HOST_WHY, "more than %d servo axes on the bus", HOST_AXES);
-        return -E2BIG;
-    }
-    const uint16_t base = (uint16_t)(0x6000 + number * 0x800);
+    const unsigned most = host->config.product->max_servo;
     SERVO *servos = host->memory[SHARED_MEMORY_SERVO];
+    if (host->axis_count >= most || host->axis_count == HOST_AXES) {
+        snprintf(why, HOST_WHY, "more servos than the %u that %s has", most,
+                 host->config.product->title);
+        return NULL;
+    }
     struct axis *axis = &host->axes[host->axis_count];
     *axis = (struct axis){ .reg = &servos[host->axis_count], .slave = slave };
+    axis->reg->Number = (uint32_t)host->axis_count++;
+    return axis;
+}
+
+static void set_resolution(SERVO *reg, uint32_t resolution)
+{
+    reg->Resolution = resolution;
+    reg->ResolutionBits =
+        (resolution & (resolution - 1)) == 0 ? (uint32_t)__builtin_ctz(resolution) : 0;
+}
+
+static int axis_open(struct host *host, size_t slave, unsigned number, char why[HOST_WHY])
+{
+    const uint16_t base = (uint16_t)(0x6000 + number * 0x800);
+    struct axis *axis = axis_new(host, slave, why);
+    if (axis == NULL)
+        return -E2BIG;
     axis->control = bus_find(host->bus, slave, BUS_OUTPUT, base + 0x40, 0);
     axis->mode = bus_find(host->bus, slave, BUS_OUTPUT, base + 0x60, 0);
     axis->target = bus_find(host->bus, slave, BUS_OUTPUT, base + 0x7A, 0);
@@ -58,27 +80,78 @@ static int axis_open(struct host *host, size_t slave, unsigned number, char why[
                  slave + 1, bus_slave(host->bus, slave)->name, base + 0x8F, abort);
         return -EPROTO;
     }
-    axis->reg->Number = (uint32_t)host->axis_count;
     axis->reg->Node = (uint32_t)slave + 1;
     axis->reg->Axis = number + 1;
     axis->reg->Type = SERVO_TYPE_TGZ;
-    axis->reg->Resolution = resolution;
-    axis->reg->ResolutionBits =
-        (resolution & (resolution - 1)) == 0 ? (uint32_t)__builtin_ctz(resolution) : 0;
+    set_resolution(axis->reg, resolution);
     axis->reg->ECATBusPosition = (uint32_t)slave;
-    host->axis_count++;
+    return 0;
+}
+
+static int virtual_open(struct host *host, const struct host_servo *servo, char why[HOST_WHY])
+{
+    struct axis *axis = axis_new(host, NO_SLAVE, why);
+    if (axis == NULL)
+        return -E2BIG;
+    axis->reg->Node = servo->node;
+    axis->reg->Axis = servo->axis;
+    axis->reg->Type = SERVO_TYPE_VIRTUAL;
+    set_resolution(axis->reg, servo->resolution != 0 ? servo->resolution : VIRTUAL_RESOLUTION);
+    return 0;
+}
+
+/* A servo of the list: on the bus, unless it is virtual. */
+static int listed_open(struct host *host, const struct host_servo *servo, char why[HOST_WHY])
+{
+    const size_t slave = (size_t)servo->node - 1; /* of node 0: none */
+    const unsigned number = servo->axis > 0 ? servo->axis - 1 : 0;
+    if (servo->type == SERVO_TYPE_VIRTUAL)
+        return virtual_open(host, servo, why);
+    if (host->bus == NULL || slave >= bus_slave_count(host->bus) ||
+        number >= bus_slave(host->bus, slave)->axes) {
+        snprintf(why, HOST_WHY, "servo %zu: node %u of the bus has no axis %u", host->axis_count,
+                 servo->node, number + 1);
+        return -ENODEV;
+    }
+    int r = axis_open(host, slave, number, why);
+    if (r != 0)
+        return r;
+    SERVO *reg = host->axes[host->axis_count - 1].reg;
+    reg->Type = servo->type;
+#if TGM_GENERATION == 5 && TGM_MEMORY_ID == 906
+    reg->FeedbackType = (int32_t)servo->feedback;
+#endif
     return 0;
 }
 
 static int servo_open(struct host *host, char why[HOST_WHY])
 {
-    for (size_t slave = 0; host->bus != NULL && slave < bus_slave_count(host->bus); slave++)
+    int r = 0;
+    if (host->config.without_bus)
+        return 0;
+    for (unsigned i = 0; host->config.servos != NULL && i < host->config.servo_count && r == 0; i++)
+        r = listed_open(host, &host->config.servos[i], why);
+    if (host->config.servos != NULL || host->bus == NULL)
+        return r;
+    for (size_t slave = 0; slave < bus_slave_count(host->bus); slave++)
         for (unsigned number = 0; number < bus_slave(host->bus, slave)->axes; number++) {
-            int r = axis_open(host, slave, number, why);
+            r = axis_open(host, slave, number, why);
             if (r != 0)
                 return r;
         }
     return 0;
+}
+
+bool servo_wanted(const struct host *host, const struct axis *axis)
+{
+    return axis->reg->Mode != host_modes(host)->off &&
+           (axis->reg->Control & SERVO_DISABLE_TORQUE_BIT1) == 0 &&
+           axis->reg->EtherCATState == ETHERCAT_STATE_OP;
+}
+
+bool servo_runs(const struct host *host, const struct axis *axis)
+{
+    return axis->reg->Status == SERVO_READY_ENABLE && servo_wanted(host, axis);
 }
 
 /* Wire positions are 32 bits and wrap; the register counts on. */
@@ -99,8 +172,26 @@ static void receive_position(struct axis *axis, double cycle)
     reg->PositionError = axis->sent - reg->Position;
 }
 
+/* It is enabled, and goes where it was sent, one cycle later. */
+static void virtual_receive(struct host *host, struct axis *axis)
+{
+    SERVO *reg = axis->reg;
+    const double moved = axis->sent - reg->Position;
+    reg->EtherCATState = ETHERCAT_STATE_OP;
+    reg->Status =
+        axis->asked && servo_wanted(host, axis) ? SERVO_READY_ENABLE : SERVO_READY_DISABLE;
+    reg->Position = axis->sent;
+    reg->Speed = moved / host_cycle_seconds(host);
+    reg->RefPosition = reg->Position - reg->Offset;
+    reg->PositionError = 0;
+}
+
 static void axis_receive(struct host *host, struct axis *axis)
 {
+    if (axis->slave == NO_SLAVE) {
+        virtual_receive(host, axis);
+        return;
+    }
     const struct bus_slave *slave = bus_slave(host->bus, axis->slave);
     SERVO *reg = axis->reg;
     reg->EtherCATState = slave->al_state & 0x0Fu;
@@ -150,10 +241,10 @@ static uint16_t control_word(const SERVO *reg, bool enable)
 }
 
 /* A set-point that is no number never reaches the bus: the last good one stays (M5). */
-static double set_point(struct axis *axis)
+static double set_point(const struct host *host, struct axis *axis)
 {
     SERVO *reg = axis->reg;
-    if (reg->Mode == SERVO_MODE_USER)
+    if (reg->Mode == host_modes(host)->user)
         reg->WritePosition = reg->TransformedPosition;
     const double wanted = reg->WritePosition + reg->Offset + reg->Correction;
     return isfinite(wanted) && fabs(wanted) < 9.0e15 ? wanted : axis->sent;
@@ -163,19 +254,19 @@ static void axis_send(struct host *host, struct axis *axis)
 {
     SERVO *reg = axis->reg;
     const double cycle = host_cycle_seconds(host);
-    const bool enable = reg->Mode != SERVO_MODE_OFF &&
-                        (reg->Control & SERVO_DISABLE_TORQUE_BIT1) == 0 &&
-                        reg->EtherCATState == ETHERCAT_STATE_OP;
-    const bool follow = !enable || reg->Status != SERVO_READY_ENABLE;
-    const double next = follow ? reg->Position : set_point(axis);
+    const bool follow = !servo_runs(host, axis);
+    const double next = follow ? reg->Position : set_point(host, axis);
     const double speed = follow || axis->tracking ? 0 : (next - axis->sent) / cycle;
     reg->WriteSpeed = speed;
     reg->WriteAcc = (speed - axis->sent_speed) / cycle;
     axis->sent = next;
     axis->sent_speed = speed;
     axis->tracking = follow;
+    axis->asked = servo_wanted(host, axis);
+    if (axis->slave == NO_SLAVE)
+        return;
 
-    const uint16_t word = control_word(reg, enable);
+    const uint16_t word = control_word(reg, axis->asked);
     reg->ControlWord = word;
     bus_entry_set(axis->control, word);
     bus_entry_set(axis->mode, CSP);

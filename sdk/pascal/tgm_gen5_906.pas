@@ -380,6 +380,10 @@ const
   INTERPOLATOR_LOOK_AHEAD_ENTRY_CORRECTION_RIGHT = 42;                // INTERPOLATOR_LOOK_AHEAD_ENTRY.correction: tool right of the path
   SERVO_MODE_OFF                               = 0;                 // SERVO.Mode: no source of motion, axis disabled; forced by the Run sequence (ours: decision M1)
   SERVO_MODE_POSITION                          = 1;                 // SERVO.Mode: WritePosition is the set-point, which the PLC writes every Cycle_Time (ours: decision M1)
+  SERVO_MODE_PG                                = 2;                 // SERVO.Mode: the profile generator moves the servo (ours: decision M1)
+  SERVO_MODE_GEAR                              = 3;                 // SERVO.Mode: the linear gear or the cam moves the servo (ours: decision M1)
+  SERVO_MODE_PG_GEAR                           = 4;                 // SERVO.Mode: profile generator and gear add up (ours: decision M1)
+  SERVO_MODE_INTERPOLATOR                      = 5;                 // SERVO.Mode: the axis of an interpolator moves the servo, see MAP_CNC (ours: decision M1)
   ETHERCAT_STATE_INIT                          = 1;                 // EtherCATState of SERVO, DIO and GENERAL_DEVICE: INIT
   ETHERCAT_STATE_PREOP                         = 2;                 // EtherCATState of SERVO, DIO and GENERAL_DEVICE: PREOP
   ETHERCAT_STATE_SAFEOP                        = 4;                 // EtherCATState of SERVO, DIO and GENERAL_DEVICE: SAFEOP
@@ -912,7 +916,7 @@ type
     ActualShift: Double; // @32 R (L5), inc: present cam pointer shift
     IncShift: Double; // @40 RW (L5), inc/tick: shift change per servo cycle
     IncIn: Double; // @48 RW (L5), inc/tick: ramp of ActualIn per servo cycle
-    CamIncPosition: Double; // @56 R (L5), inc: position increment of incremental cam
+    CamIncPosition: Double; // @56 RW (L5), inc: what each turn of a forward cam adds, before CamScale
     CamScale: Double; // @64 RW (L5), no unit: cam scale factor
     DReserve: array[0..7] of Double; // @72 reserved, no unit: unused
     SourceNumber: LongWord; // @136 RW (L5), no unit: master servo index

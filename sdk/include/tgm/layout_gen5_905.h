@@ -307,6 +307,10 @@
 #define SERVO_MODE_USER                              9              /* SERVO.Mode: WritePosition is taken from TransformedPosition (g5) */
 #define SERVO_MODE_OFF                               0              /* SERVO.Mode: no source of motion, axis disabled; forced by the Run sequence (ours: decision M1) */
 #define SERVO_MODE_POSITION                          1              /* SERVO.Mode: WritePosition is the set-point, which the PLC writes every Cycle_Time (ours: decision M1) */
+#define SERVO_MODE_PG                                2              /* SERVO.Mode: the profile generator moves the servo (ours: decision M1) */
+#define SERVO_MODE_GEAR                              3              /* SERVO.Mode: the linear gear or the cam moves the servo (ours: decision M1) */
+#define SERVO_MODE_PG_GEAR                           4              /* SERVO.Mode: profile generator and gear add up (ours: decision M1) */
+#define SERVO_MODE_INTERPOLATOR                      5              /* SERVO.Mode: the axis of an interpolator moves the servo, see MAP_CNC (ours: decision M1) */
 #define ETHERCAT_STATE_INIT                          1              /* EtherCATState of SERVO, DIO and GENERAL_DEVICE: INIT */
 #define ETHERCAT_STATE_PREOP                         2              /* EtherCATState of SERVO, DIO and GENERAL_DEVICE: PREOP */
 #define ETHERCAT_STATE_SAFEOP                        4              /* EtherCATState of SERVO, DIO and GENERAL_DEVICE: SAFEOP */
@@ -1063,7 +1067,7 @@ typedef struct _GEAR {
     double ActualShift; /* @32 R (L5), inc: present cam pointer shift */
     double IncShift; /* @40 RW (L5), inc/tick: shift change per servo cycle */
     double IncIn; /* @48 RW (L5), inc/tick: ramp of ActualIn per servo cycle */
-    double CamIncPosition; /* @56 R (L5), inc: position increment of incremental cam */
+    double CamIncPosition; /* @56 RW (L5), inc: what each turn of a forward cam adds, before CamScale */
     double CamScale; /* @64 RW (L5), no unit: cam scale factor */
     double DReserve[8]; /* @72 reserved, no unit: unused */
     uint32_t SourceNumber; /* @136 RW (L5), no unit: master servo index */
