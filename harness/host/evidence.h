@@ -15,6 +15,7 @@
 
 #include "bus/bus.h"
 #include "host/product.h"
+#include "host/realtime.h"
 #include "machine/machine.h"
 
 #define EVIDENCE_INCIDENTS 16
@@ -22,6 +23,7 @@
 #define EVIDENCE_TEXT      240
 #define EVIDENCE_AXES      4
 #define EVIDENCE_FAULTS    128
+#define EVIDENCE_INTERRUPTS 64
 
 /* Where in the run something was. Cycle counts from 0; before the first cycle it is
  * EVIDENCE_NO_CYCLE. */
@@ -47,6 +49,15 @@ struct evidence_message {
     uint64_t cycle;
     int32_t severity;
     char text[EVIDENCE_TEXT]; /* UTF-8, without trailing line ends */
+};
+
+/* A call that was interrupted. */
+struct evidence_interrupt {
+    enum entry entry; /* whose call */
+    unsigned by;      /* functions that were called meanwhile: bit n is enum entry n */
+    uint64_t cycle;
+    uint64_t pc;           /* module address of the instruction before which it was */
+    uint64_t instructions; /* of the call before it; 0 on the real clock */
 };
 
 /* Something that went wrong on the bus because the experiment wanted it. */
@@ -85,6 +96,12 @@ struct evidence {
 
     uint64_t fault_count; /* all; the first EVIDENCE_FAULTS are stored */
     struct evidence_fault faults[EVIDENCE_FAULTS];
+
+    uint64_t interrupt_count; /* all; the first EVIDENCE_INTERRUPTS are stored */
+    struct evidence_interrupt interrupts[EVIDENCE_INTERRUPTS];
+
+    unsigned loads; /* of the module, besides the first */
+    struct evidence_clock clock;
 
     uint64_t op_cycle;   /* first cycle with every slave in OP, EVIDENCE_NO_CYCLE when never */
     uint64_t wkc_errors; /* exchanges with a working counter below the expected one, once in OP */

@@ -79,6 +79,7 @@ static int find_entries(struct host *host, char why[HOST_WHY])
 
 static void close_host(struct host *host)
 {
+    rewind_free(host);
     if (host->bus != NULL)
         bus_close(host->bus);
     free(host);
@@ -98,6 +99,7 @@ static int open_host(struct host **out, const struct host_config *config, struct
     host->machine = machine;
     host->image = image;
     host->evidence = evidence;
+    host->real = config->real;
     host->schedule = schedule_find(config->cycle_us);
     evidence->op_cycle = EVIDENCE_NO_CYCLE;
     for (int i = 0; i < 3; i++)
@@ -116,6 +118,8 @@ static int open_host(struct host **out, const struct host_config *config, struct
         r = bus_start(host, why);
     if (r == 0)
         r = parts_open(host, why);
+    if (r == 0)
+        plc_open(host);
     if (r == 0)
         r = bus_ready(host, why);
     if (r == 0)
@@ -146,8 +150,9 @@ static void record_incident(struct host *host, enum entry entry,
     incident->fault.service = NULL;
 }
 
-/* One call of one function; a function that once failed to return is not called again. */
-static bool call(struct host *host, enum entry entry)
+/* One call of one function; a function that once failed to return is not called again until the
+ * module is loaded again. */
+bool host_call(struct host *host, enum entry entry)
 {
     struct evidence *evidence = host->evidence;
     struct machine_outcome outcome;
@@ -155,8 +160,13 @@ static bool call(struct host *host, enum entry entry)
         return false;
     evidence->entry = entry;
     evidence->stage = EVIDENCE_CALLING;
+    host->preempt.called |= 1u << entry;
+    preempt_plan(host, entry);
     machine_call(host->machine, host->entry_address[entry], host->plc_data_module[entry], &outcome);
+    preempt_done(host, entry);
+    evidence->entry = entry;
     evidence->stage = EVIDENCE_BETWEEN;
+    host->measured.program_ns[entry] = outcome.elapsed_ns;
     if (outcome.kind != MACHINE_RETURNED) {
         record_incident(host, entry, &outcome);
         return false;
@@ -168,9 +178,13 @@ static bool call(struct host *host, enum entry entry)
 
 static bool start(struct host *host)
 {
+    if (host->config.resettable && host->copy == NULL)
+        rewind_keep(host);
     host->evidence->cycle = EVIDENCE_NO_CYCLE;
-    if (!call(host, ENTRY_INI) || host->evidence->calls[ENTRY_INI].last_value != 1)
+    if (!host->config.no_autostart && !plc_begin(host))
         return false;
+    if (host->real != NULL)
+        realtime_start(host->real, host_time_of(host));
     host->evidence->cycle = 0;
     if (host->bus != NULL) {
         bus_supervise(host->bus, true);
@@ -187,6 +201,7 @@ static void note_bus(struct host *host)
     for (size_t i = 0; i < bus_slave_count(host->bus); i++)
         all_op = all_op && bus_slave(host->bus, i)->al_state == ETHERCAT_STATE_OP;
     evidence->all_op = all_op;
+    host->in_op = host->in_op || all_op;
     if (all_op && evidence->op_cycle == EVIDENCE_NO_CYCLE)
         evidence->op_cycle = host->cycle;
 }
@@ -204,7 +219,7 @@ static void note_faults(struct host *host)
 {
     struct evidence *evidence = host->evidence;
     struct bus_fault_event event;
-    while (bus_fault_log(host->bus, evidence->fault_count, &event)) {
+    for (; bus_fault_log(host->bus, host->fault_noted, &event); host->fault_noted++) {
         if (evidence->fault_count < EVIDENCE_FAULTS) {
             struct evidence_fault *fault = &evidence->faults[evidence->fault_count];
             fault->time_ns = (int64_t)(event.time_ns - host->bus_zero);
@@ -217,10 +232,10 @@ static void note_faults(struct host *host)
 static void receive(struct host *host)
 {
     EACH_PART(host, cycle);
-    if (host->bus != NULL && host->cycle > 0) {
+    if (host->bus != NULL && host->cycle > host->loop_begin) {
         const int wkc = bus_receive(host->bus, host->bus_zero + host->now_ns);
         host->exchanged = host->exchanged || wkc > 0;
-        if (wkc < bus_expected_wkc(host->bus) && host->evidence->op_cycle != EVIDENCE_NO_CYCLE)
+        if (wkc < bus_expected_wkc(host->bus) && host->in_op)
             host->evidence->wkc_errors++;
         bus_poll_states(host->bus);
         note_bus(host);
@@ -236,24 +251,22 @@ static void send(struct host *host)
         bus_send(host->bus, host->bus_zero + host->now_ns);
 }
 
-/* Program_03, 02, 01 in what is left of the slot, each when its period is due; missed periods are
- * not made up for (R6). */
+/* Program_03, 02, 01 in what is left of the slot, each when its period is due and only if it is
+ * above the one that is interrupted; missed periods are not made up for (R6). */
 static void background(struct host *host)
 {
-    for (int i = 2; i >= 0; i--) {
+    for (int i = 2; i >= 0 && ENTRY_01 + i > (int)host->preempt.interrupted; i--) {
         const uint64_t period = host->config.program_period_us[i] * UINT64_C(1000);
-        if (host->now_ns < host->due_ns[i])
+        if (host->now_ns < host->due_ns[i] || !plc_calls(host))
             continue;
-        call(host, (enum entry)(ENTRY_01 + i));
+        host_call(host, (enum entry)(ENTRY_01 + i));
         while (host->due_ns[i] <= host->now_ns)
             host->due_ns[i] += period;
     }
 }
 
-static void slot_run(struct host *host, const struct slot *slot)
+static void exchange(struct host *host, const struct slot *slot)
 {
-    host->now_ns =
-        host->cycle * host->config.cycle_us * UINT64_C(1000) + slot->at_us * UINT64_C(1000);
     if (slot->actions & SLOT_RECEIVE)
         receive(host);
     if (slot->actions & SLOT_SEND)
@@ -261,34 +274,94 @@ static void slot_run(struct host *host, const struct slot *slot)
     if (slot->actions & SLOT_PROFILE)
         EACH_PART(host, profile);
     EACH_PART(host, slot);
-    if (slot->actions & SLOT_PROGRAM_05)
-        call(host, ENTRY_05);
-    if (slot->actions & SLOT_PROGRAM_04)
-        call(host, ENTRY_04);
+}
+
+static void slot_run(struct host *host, const struct slot *slot)
+{
+    if (host->real != NULL)
+        host->measured.latency_ns = realtime_wait(host->real, host->now_ns);
+    if (!host->loop)
+        return;
+    if (host->real != NULL)
+        measure_begin(&host->measured, slot->actions & SLOT_RECEIVE);
+    exchange(host, slot);
+    if (host->real != NULL)
+        measure_end(&host->measured);
+    if ((slot->actions & SLOT_PROGRAM_05) && plc_calls(host))
+        host_call(host, ENTRY_05);
+    if ((slot->actions & SLOT_PROGRAM_04) && plc_calls(host))
+        host_call(host, ENTRY_04);
     if (slot->actions & SLOT_OSCILLOSCOPE) {
         EACH_PART(host, sample);
         if (host->sample != NULL)
             host->sample(host->sample_argument, host);
     }
-    background(host);
 }
 
-static uint64_t time_of(const struct host *host)
+uint64_t host_time_of(const struct host *host)
 {
     return host->cycle * host->config.cycle_us * UINT64_C(1000);
+}
+
+uint64_t host_next_slot_ns(const struct host *host)
+{
+    return host_time_of(host) + host->schedule->slots[host->slot].at_us * UINT64_C(1000);
+}
+
+void host_clear_parts(struct host *host)
+{
+    EACH_PART(host, clear);
+}
+
+static void cycle_begin(struct host *host)
+{
+    host->evidence->cycle = host->cycle;
+    if (host->real != NULL)
+        realtime_cycle(host->real, host_time_of(host));
+    if (host->preempt.interrupted == ENTRY_INI)
+        host->loop = plc_cycle(host);
+    host->in_op = host->in_op && host->loop;
+}
+
+static void cycle_end(struct host *host)
+{
+    struct evidence *evidence = host->evidence;
+    if (host->bus != NULL)
+        note_faults(host);
+    host->slot = 0;
+    host->cycle++;
+    evidence->cycles_done = host->cycle;
+    evidence->time_ns = host_time_of(host);
+    if (host->real != NULL)
+        realtime_cycle_end(host->real, evidence->time_ns);
+}
+
+/* What is in the background may be interrupted by further slots: everything of this one is over
+ * then. */
+void host_slot(struct host *host)
+{
+    if (host->slot == 0)
+        cycle_begin(host);
+    host->now_ns = host_next_slot_ns(host);
+    slot_run(host, &host->schedule->slots[host->slot++]);
+    if (host->slot == host->schedule->slot_count)
+        cycle_end(host);
+    if (host->loop)
+        background(host);
 }
 
 static bool cycle(struct host *host)
 {
     struct evidence *evidence = host->evidence;
-    evidence->cycle = host->cycle;
-    for (size_t i = 0; i < host->schedule->slot_count; i++)
-        slot_run(host, &host->schedule->slots[i]);
-    if (host->bus != NULL)
-        note_faults(host);
-    host->cycle++;
-    evidence->cycles_done = host->cycle;
-    evidence->time_ns = time_of(host);
+    if (host->plc.anew) {
+        host->plc.anew = false;
+        if (rewind_back(host) && !start(host))
+            return false;
+    }
+    for (const uint64_t number = host->cycle; host->cycle == number;)
+        host_slot(host);
+    if (host->plc.leave)
+        return false;
     for (int entry = ENTRY_01; entry < ENTRY_COUNT; entry++)
         if (!evidence->calls[entry].disabled)
             return true;
@@ -306,6 +379,11 @@ static uint64_t cycles(const struct host *host)
     return host->cycle;
 }
 
+static uint64_t run_time(const struct host *host)
+{
+    return (host->cycle - host->plc.run_cycle) * host->config.cycle_us * UINT64_C(1000);
+}
+
 static const void *register_at(const struct host *host, const struct catalogue_register *reg)
 {
     for (size_t i = 0; catalogue_memory(host->catalogue, i) != NULL; i++)
@@ -321,11 +399,17 @@ const struct host_ops HOST_OPS = {
     .close = close_host,
     .start = start,
     .cycle = cycle,
+    .run = plc_run,
+    .stop = plc_stop,
+    .pause = plc_pause,
+    .reset = plc_reset,
+    .plc = plc_state,
+    .run_time = run_time,
     .on_sample = on_sample,
     .osc_arm = scope_arm,
     .osc_samples = scope_samples,
     .osc_row = scope_row,
     .cycles = cycles,
-    .time = time_of,
+    .time = host_time_of,
     .register_at = register_at,
 };

@@ -30,6 +30,8 @@
 
 #define HOST_WHY 512
 
+struct realtime; /* realtime.h */
+
 /* What stands around the module. */
 struct plant {
     const struct bus_device *devices;
@@ -84,6 +86,22 @@ struct servo_modes {
 
 extern const struct servo_modes servo_modes_default;
 
+/*
+ * How Program_01 to Program_03 are interrupted by what is above them (R18). Run to completion: not;
+ * on the virtual clock a call takes no time. Otherwise a call is stopped before some instruction,
+ * slots of the schedule go by, with everything that is due in them, and the call goes on.
+ */
+enum preempt_mode {
+    PREEMPT_NONE,
+    PREEMPT_SEEDED, /* places and numbers of slots are a function of the seed */
+    PREEMPT_AT      /* before instruction `at`; all slots that are left of the cycle */
+};
+
+struct host_preempt {
+    enum preempt_mode mode;
+    uint64_t at;
+};
+
 struct host_config {
     const struct product *product;
     uint32_t cycle_us;             /* one the product allows */
@@ -98,6 +116,11 @@ struct host_config {
     bool without_bus; /* no slaves are made: for experiments that only call Program_Ini */
     struct mutation mutation;
     struct pcap *capture; /* where the frames of the bus go; NULL: nowhere */
+    bool no_autostart;    /* host_start() starts TG Motion, not the PLC: host_run() does */
+    bool resettable;      /* keeps a copy of the start, for host_reset() and the like */
+    struct host_preempt preempt;
+    struct realtime *real; /* opened: slots come when they are due by the wall clock */
+    const char *shm; /* memories are POSIX shared memory with this in front of their names (shm.h) */
 };
 
 struct host; /* its first member says which layout it was made for */
@@ -124,8 +147,36 @@ void host_close(struct host *host);
 /* Calls Program_Ini. True when it returned 1 and the cycles may begin. */
 bool host_start(struct host *host);
 
-/* One Cycle_Time. False when no function of the module can be called any more. */
+/* One Cycle_Time. False when no function of the module can be called any more, or TG Motion was
+ * told to end. */
 bool host_cycle(struct host *host);
+
+/*
+ * PLC control as Observer has it (docs/decisions.md, R1; plc.h): what these ask for begins with the
+ * next cycle, like what other programs write to MAIN.PLC_Ctrl.
+ *   run    the Run sequence: stop, clear, load, Program_Ini, cyclic calls; also restarts
+ *   stop   steps 1 to 4 of it
+ *   pause  no function is called, everything else goes on; and back
+ *   reset  TG Motion itself begins anew, machine included: what follows is what followed
+ *          host_start(), to the last byte; needs host_config.resettable. host_cycles() and
+ *          host_time() count from 0 again.
+ */
+void host_run(struct host *host);
+void host_stop(struct host *host);
+void host_pause(struct host *host, bool paused);
+void host_reset(struct host *host);
+
+enum host_plc {
+    HOST_PLC_STOPPED,
+    HOST_PLC_CHANGING, /* on the way: stopping, clearing, loading */
+    HOST_PLC_RUNNING,
+    HOST_PLC_PAUSED,
+    HOST_PLC_ERROR /* the last load failed: no such module, or Program_Ini did not return 1 */
+};
+enum host_plc host_plc(const struct host *host);
+
+/* Simulated nanoseconds since the first cycle of the present run of the PLC. */
+uint64_t host_run_time(const struct host *host);
 
 void host_on_sample(struct host *host, host_sample *sample, void *argument);
 

@@ -8,5 +8,6 @@ const struct host_part *const host_parts[] = {
     &host_motion,
     &host_dio,
     &host_scope,
+    &host_measure,
     NULL,
 };

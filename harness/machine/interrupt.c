@@ -139,6 +139,19 @@ static size_t extended_size(const struct _libc_fpstate *state)
     return told[0] == magic ? told[1] : LEGACY_STATE;
 }
 
+static __attribute__((noreturn)) void abandon(const struct machine *machine,
+                                              const struct machine_level *level)
+{
+    struct machine_fault *fault = &machine_incident.fault;
+
+    memset(fault, 0, sizeof *fault);
+    fault->signal = SIGALRM;
+    machine_attribute(machine, (uint64_t)level->registers[REG_RIP],
+                      (uint64_t)level->registers[REG_RSP], fault);
+    machine_incident.kind = MACHINE_HANG;
+    machine_abandon();
+}
+
 /* The hook, and everything that it does, between two instructions of the module. */
 static __attribute__((noreturn, noinline, used)) void machine_interlude(void)
 {
@@ -156,6 +169,8 @@ static __attribute__((noreturn, noinline, used)) void machine_interlude(void)
     machine_state.serial = serial + 1; /* to the watchdog it is a new call */
     machine_incident.service_depth = 0;
     machine_incident.hung = false;
+    if (more == MACHINE_ABANDON)
+        abandon(machine, level);
 
     level->stepping = more != MACHINE_NEVER;
     level->after = level->stepping ? level->executed + more : MACHINE_NEVER;

@@ -34,6 +34,7 @@
 #define MACHINE_WHY         512
 #define MACHINE_LEVELS      4 /* calls that may stand inside one another, each with its own stack */
 #define MACHINE_NEVER       UINT64_MAX
+#define MACHINE_ABANDON     (UINT64_MAX - 1)
 #define MACHINE_REGION_NAME 32
 
 struct machine;
@@ -150,6 +151,11 @@ int machine_map(struct machine *machine, const char *name, size_t size,
                 enum machine_region_access access, void **host, void **module,
                 char why[MACHINE_WHY]);
 
+/* The same, readable and writable, with memory of somebody else's: the object behind fd, mapped from
+ * its beginning, so that it is the last page that has slack. */
+int machine_map_shared(struct machine *machine, const char *name, size_t size, int fd,
+                       void **memory, char why[MACHINE_WHY]);
+
 /* Arms the traps: from here on, system calls issued by module code are caught (seccomp filter on
  * the instruction pointer's range, plus the sandbox of sandbox.h). Cannot be undone in this
  * process. */
@@ -173,7 +179,8 @@ void machine_call(struct machine *machine, uint64_t function, void *argument,
  * The hook runs on the host's stack. `pc` is the module address of the instruction that comes next,
  * `instructions` how many the call has executed (a repeated string instruction counts each time;
  * those of host services do not count; 0 unless they were counted from the beginning). It returns
- * after how many more it wants to be called again, MACHINE_NEVER: not.
+ * after how many more it wants to be called again, MACHINE_NEVER: not; MACHINE_ABANDON: the call is
+ * over, its outcome MACHINE_HANG there.
  */
 typedef uint64_t machine_interrupt(void *argument, uint64_t pc, uint64_t instructions);
 

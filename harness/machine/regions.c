@@ -169,15 +169,9 @@ static int map_once(uint8_t *module, size_t pages, uint8_t **host)
     return mprotect(module, pages, PROT_READ | PROT_WRITE) != 0 ? -errno : 0;
 }
 
-int machine_map(struct machine *machine, const char *name, size_t size,
-                enum machine_region_access access, void **host, void **module,
-                char why[MACHINE_WHY])
+static int check_region(const struct machine *machine, const struct machine_region *region,
+                        const char *name, size_t size, char why[MACHINE_WHY])
 {
-    struct machine_region *region = machine_region_add(machine, name);
-    size_t rounded = (size + 15) & ~(size_t)15, pages = page_up(rounded);
-    uint8_t *module_pages, *host_pages = NULL;
-    int error;
-
     if (machine->sealed)
         return machine_fail(why, -EPERM, "%s: memory cannot be mapped after machine_seal()", name);
     if (region == NULL)
@@ -185,7 +179,48 @@ int machine_map(struct machine *machine, const char *name, size_t size,
                             MAX_REGIONS);
     if (size == 0 || size > REGION_LIMIT)
         return machine_fail(why, -EINVAL, "%s: %zu bytes cannot be mapped", name, size);
+    return 0;
+}
 
+int machine_map_shared(struct machine *machine, const char *name, size_t size, int fd,
+                       void **memory, char why[MACHINE_WHY])
+{
+    struct machine_region *region = machine_region_add(machine, name);
+    const size_t pages = page_up(size);
+    int error = check_region(machine, region, name, size, why);
+
+    if (error != 0)
+        return error;
+    error = machine_reserve(&region->around, machine->config.seed, machine->region_count,
+                            pages + 2 * REGION_GUARD);
+    if (error == 0) {
+        *memory = region->around.base + REGION_GUARD;
+        if (mmap(*memory, pages, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_FIXED, fd, 0) ==
+            MAP_FAILED)
+            error = -errno;
+    }
+    if (error != 0) {
+        machine_release(&region->around);
+        return machine_fail(why, error, "%s: cannot map %zu bytes: %s", name, size,
+                            strerror(-error));
+    }
+    region->start = (uint64_t)*memory;
+    region->size = size;
+    machine->region_count++;
+    return 0;
+}
+
+int machine_map(struct machine *machine, const char *name, size_t size,
+                enum machine_region_access access, void **host, void **module,
+                char why[MACHINE_WHY])
+{
+    struct machine_region *region = machine_region_add(machine, name);
+    size_t rounded = (size + 15) & ~(size_t)15, pages = page_up(rounded);
+    uint8_t *module_pages, *host_pages = NULL;
+    int error = check_region(machine, region, name, size, why);
+
+    if (error != 0)
+        return error;
     error = machine_reserve(&region->around, machine->config.seed, machine->region_count,
                             pages + 2 * REGION_GUARD);
     if (error == 0) {
