@@ -77,7 +77,7 @@ BUS_SRC := client.c client_cycle.c client_jobs.c client_map.c client_watch.c cli
 TERMINALS := $(wildcard harness/bus/terminals/*.device)
 HOST_SRC := realtime.c \
     shm.c \
-    product.c schedule.c catalogue.c text16.c evidence.c plant.c host_select.c osc.c experiment.c \
+    product.c schedule.c extent.c catalogue.c text16.c evidence.c plant.c host_select.c osc.c experiment.c \
     profile_shape.c \
     profile_motion.c \
     gear_motion.c
@@ -94,7 +94,7 @@ LAYOUT_SRC := measure.c \
 LAYOUTS := gen4 gen5_905 gen5_906
 REPORT_SRC := text.c json.c
 CLI_SRC := main.c options.c output.c check.c run.c inspect.c inspect_text.c inspect_json.c rules.c new.c registers.c \
-    capture.c bus.c \
+    capture.c bus.c plot.c scope.c \
     device.c
 CONFORMANCE_SRC := profile.c rules.c findings.c incidents.c rules_file.c rules_start.c rules_cycle.c check.c
 SOEM_SRC := ethercatbase.c ethercatcoe.c ethercatconfig.c ethercatdc.c ethercatmain.c ethercatprint.c ethercatsoe.c

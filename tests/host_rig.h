@@ -64,8 +64,9 @@ static inline struct rig *rig_open(const char *module, const struct host_config 
     if (config.plant == NULL)
         config.plant = &plant_default;
     rig->catalogue = catalogue_find(config.product->generation, (int)config.product->memory_id);
-    snprintf(path, sizeof path, "%s/%s_%d.tgm", TEST_HOST_MODULES_DIR, module,
-             config.product->generation == 4 ? 4 : (int)config.product->memory_id);
+    snprintf(path, sizeof path, "%s/%s_%d%s.tgm", TEST_HOST_MODULES_DIR, module,
+             config.product->generation == 4 ? 4 : (int)config.product->memory_id,
+             config.product->text8 ? "_text8" : "");
     if (image_open(&rig->image, path, why) != 0)
         fail_msg("%s: %s", path, why);
     if (machine_load(&rig->machine, rig->image, &machine, why) != 0)

@@ -20,7 +20,8 @@ $(FIXTURE_DIR)/%.tgm: conformance/fixtures/%.c conformance/fixtures/base.h sdk/i
 
 # Each test program: its own source and what of the rooms it needs (all of them: they are small).
 UNIT_TESTS := test_osc test_text16 test_catalogue test_fixtures \
-    test_profile
+    test_profile \
+    test_schedule
 SDK_TESTS := test_sdk_mem test_sdk_text test_sdk_motion test_sdk_start test_sdk_start5 test_sdk_start8
 IMAGE_TESTS := test_image test_image_real test_image_bad test_image_damage test_image_memory \
     test_image_pe test_image_pe_bad test_image_arm test_image_flat \
@@ -96,15 +97,16 @@ $(addprefix $(BUILD)/test/,$(MACHINE_TESTS)): | $(MACHINE_MODULES)
 $(BUILD)/obj/tests/test_machine_stack.o: ALL_CFLAGS += -DTEST_TEMPLATE='"$(BUILD)/template/shuttle.tgm"'
 $(BUILD)/test/test_machine_stack: | template-linked
 
-# Modules for tests of the host: every source of tests/host_modules for each layout.
+# Modules for tests of the host: every source of tests/host_modules for each layout, and with the text of the controllers.
 HOST_MODULE_DIR := $(BUILD)/host_modules
-HOST_MODULES := $(foreach layout,4 905 906,$(patsubst tests/host_modules/%.c,$(HOST_MODULE_DIR)/%_$(layout).tgm,$(wildcard tests/host_modules/*.c)))
+HOST_MODULES := $(foreach layout,4 905 906 906_text8,$(patsubst tests/host_modules/%.c,$(HOST_MODULE_DIR)/%_$(layout).tgm,$(wildcard tests/host_modules/*.c)))
 HOST_TESTS := test_scope test_host \
     test_motion \
     test_gear
 host_module_4 := -DTGM_GENERATION=4
 host_module_905 := -DTGM_GENERATION=5 -DTGM_MEMORY_ID=905
 host_module_906 := -DTGM_GENERATION=5 -DTGM_MEMORY_ID=906
+host_module_906_text8 := $(host_module_906) -DTGM_TEXT8
 
 define host_module_rule
 $(HOST_MODULE_DIR)/%_$(1).tgm: tests/host_modules/%.c $(wildcard sdk/include/*.h sdk/include/tgm/*.h) sdk/src/mem.c | $(BUILD)/.deps
@@ -112,7 +114,7 @@ $(HOST_MODULE_DIR)/%_$(1).tgm: tests/host_modules/%.c $(wildcard sdk/include/*.h
 	@echo "  MODULE $$< ($(1))"
 	$$(Q)gcc $$(MODULE_CFLAGS) $$(host_module_$(1)) -fno-builtin -o $$@ $$< sdk/src/mem.c $$(FIXTURE_LDFLAGS) -Wl,-w
 endef
-$(foreach layout,4 905 906,$(eval $(call host_module_rule,$(layout))))
+$(foreach layout,4 905 906 906_text8,$(eval $(call host_module_rule,$(layout))))
 
 $(addprefix $(BUILD)/obj/tests/,$(HOST_TESTS:=.o)): ALL_CFLAGS += -DTEST_HOST_MODULES_DIR='"$(HOST_MODULE_DIR)"'
 $(addprefix $(BUILD)/test/,$(HOST_TESTS)): | $(HOST_MODULES)

@@ -36,6 +36,7 @@ test  gcc-arm-none-eabi modules for TGMcontroller and TGZ+Motion
 test  valgrind       memory checks
 test  libmpfr-dev    the reference for the SDK's mathematics
 test  gdb            make debug
+test  gnuplot-nox    pictures of recordings (tgm run --plot)
 test  tshark         dissects captures
 test  iproute2       virtual cables between the simulated bus and other masters
 test  python3-venv   pysoem, one of those masters

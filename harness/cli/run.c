@@ -10,6 +10,8 @@
 #include "cli/capture.h"
 #include "bus/busfile.h"
 #include "cli/cli.h"
+#include "cli/plot.h"
+#include "cli/scope.h"
 #include "conformance/profile.h"
 #include "conformance/rules.h"
 
@@ -25,6 +27,9 @@ struct run {
     struct recording recording;
     struct output csv;
     const char *csv_path;
+    const char *plot_path;
+    char plot_csv[32]; /* recorded here when only a picture is wanted, "" otherwise */
+    struct host_osc osc;
     struct plant plant; /* with --bus */
     struct capture capture;
     const char *pcap_path;
@@ -152,12 +157,17 @@ static void progress(void *argument, const struct evidence *evidence, const doub
     show_status(run, evidence);
 }
 
+static const struct catalogue *catalogue_of(const struct run *run)
+{
+    const struct product *product = run->experiment.host.product;
+    return catalogue_find(product->generation, (int)product->memory_id);
+}
+
 /* "SERVO[0].Position,SERVO[0].WritePosition" */
 static int read_registers(struct run *run, const char *list)
 {
     const struct product *product = run->experiment.host.product;
-    const struct catalogue *catalogue =
-        catalogue_find(product->generation, (int)product->memory_id);
+    const struct catalogue *catalogue = catalogue_of(run);
     char why[CATALOGUE_WHY];
     if (catalogue == NULL)
         return complain(run->command, "--record: no register names for %s", product->title);
@@ -239,6 +249,15 @@ static int conclude(struct run *run, const struct experiment_result *result, con
     return status;
 }
 
+static int draw_plot(const struct run *run, const char *module)
+{
+    char title[FINDING_TEXT];
+    const struct product *product = run->experiment.host.product;
+    snprintf(title, sizeof title, "%s on %s, Cycle_Time %u us", module, product->title,
+             run->experiment.host.cycle_us);
+    return plot_draw(run->command, run->csv_path, run->plot_path, title, catalogue_of(run));
+}
+
 static int play(struct run *run, const char *path)
 {
     struct experiment_result result;
@@ -260,10 +279,14 @@ static int play(struct run *run, const char *path)
     if (r != 0 && r != -EBADMSG) /* that one is the worker's, and told */
         status = complain(run->command, "cannot write '%s': %s", run->pcap_path, strerror(-r));
     if (run->csv.stream != NULL) {
-        r = output_close(&run->csv, true);
+        r = output_close(&run->csv, status != EXIT_CALL); /* a call in vain replaces nothing */
         if (r != 0 || run->csv_error != 0)
             status = complain(run->command, "cannot write '%s': %s", run->csv_path,
                               r != 0 ? strerror(-r) : "write error");
+        else if (run->plot_path != NULL && status != EXIT_CALL)
+            r = draw_plot(run, slash != NULL ? slash + 1 : path);
+        if (run->plot_path != NULL && r != 0)
+            status = EXIT_CALL;
     }
     return status;
 }
@@ -308,6 +331,20 @@ static int refuse_self(const struct run *run, const char *option, const char *fi
                : 0;
 }
 
+/* A picture alone: the recording lies in a file of its own until it is drawn. */
+static int make_plot_csv(struct run *run)
+{
+    snprintf(run->plot_csv, sizeof run->plot_csv, "/tmp/tgm-plot-XXXXXX");
+    const int fd = mkstemp(run->plot_csv);
+    if (fd < 0) {
+        run->plot_csv[0] = '\0';
+        return complain(run->command, "cannot make a temporary file: %s", strerror(errno));
+    }
+    close(fd);
+    run->csv_path = run->plot_csv;
+    return 0;
+}
+
 static int open_files(struct run *run, const char *module, const char *record)
 {
     int status = refuse_self(run, "--csv", run->csv_path, module);
@@ -315,6 +352,8 @@ static int open_files(struct run *run, const char *module, const char *record)
         status = refuse_self(run, "--pcap", run->pcap_path, module);
     if (status != 0)
         return status;
+    if (run->plot_path != NULL && run->csv_path == NULL && make_plot_csv(run) != 0)
+        return EXIT_CALL;
     const char *path = run->csv_path;
     int r = path != NULL ? output_open(&run->csv, path) : 0;
     if (r == 0 && path != NULL)
@@ -338,6 +377,8 @@ static int start(struct run *run, const struct profile *profile, const char *pat
     if (status == 0)
         status = play(run, path);
     output_close(&run->csv, false);
+    if (run->plot_csv[0] != '\0')
+        unlink(run->plot_csv);
     capture_close(&run->capture);
     if (image != NULL)
         image_close(image);
@@ -353,6 +394,8 @@ int command_run(const struct command *command, int argc, char **argv)
 {
     static struct run run;
     const char *profile_name = "pc4", *record = NULL, *bus = NULL, *module = NULL, *faults = NULL;
+    const char *osc = NULL, *osc_trigger = NULL;
+    uint64_t osc_every = 1, osc_before = 0;
     char *script = NULL;
     uint64_t duration = UINT64_C(2000000000), cycle_us = 0, seed = DEFAULT_SEED;
     const struct option table[] = {
@@ -364,6 +407,17 @@ int command_run(const struct command *command, int argc, char **argv)
           "registers to record, as in 'SERVO[0].Position,DIO[0].In0'", &record, 0, 0 },
         { "--csv", OPTION_TEXT, "FILE", "where the recording goes, - for standard output",
           &run.csv_path, 0, 0 },
+        { "--plot", OPTION_TEXT, "FILE",
+          "draw the recording: .png or .svg; without --record: where SERVO[0] goes", &run.plot_path,
+          0, 0 },
+        { "--osc", OPTION_TEXT, "NAMES", "record with TG Motion's oscilloscope instead", &osc, 0,
+          0 },
+        { "--osc-every", OPTION_NUMBER, "N", "cycles from sample to sample (default 1)", &osc_every,
+          1, UINT32_MAX },
+        { "--osc-trigger", OPTION_TEXT, "WHEN", "start at an edge, as in 'DIO[0].In0 rising 0.5'",
+          &osc_trigger, 0, 0 },
+        { "--osc-pretrigger", OPTION_NUMBER, "N", "samples from before the trigger (pc5)",
+          &osc_before, 0, 0xffffff },
         { "--pcap", OPTION_TEXT, "FILE", "capture of the bus for Wireshark, - for standard output",
           &run.pcap_path, 0, 0 },
         { "--seed", OPTION_NUMBER, "N", "seed of places, poison and machine (default 0x1d2f)",
@@ -393,8 +447,22 @@ int command_run(const struct command *command, int argc, char **argv)
         cycle_us = product->default_cycle_us;
     if (cycle_us > UINT32_MAX || !product_allows_cycle(product, (uint32_t)cycle_us))
         return complain(command, "--cycle must be 250, 500 or 1000, not %" PRIu64, cycle_us);
-    if ((record == NULL) != (run.csv_path == NULL))
-        return complain(command, "--record and --csv go together: which registers, and where to");
+    if (osc != NULL && record != NULL)
+        return complain(command, "--osc and --record exclude each other");
+    if (osc == NULL && (osc_trigger != NULL || osc_before != 0))
+        return complain(command, "--osc-trigger and --osc-pretrigger belong to --osc");
+    if (osc != NULL)
+        record = osc;
+    if (record == NULL && run.plot_path != NULL && run.csv_path == NULL)
+        record = "SERVO[0].WritePosition,SERVO[0].Position,SERVO[0].Speed";
+    if ((record == NULL) != (run.csv_path == NULL && run.plot_path == NULL))
+        return complain(command,
+                        "%s and --csv or --plot go together: which registers, and where to",
+                        osc != NULL ? "--osc" : "--record");
+    if (run.plot_path != NULL && is_stdout(run.csv_path))
+        return complain(command, "--plot needs the recording in a file, not on standard output");
+    if (run.plot_path != NULL && (status = plot_possible(command, run.plot_path)) != 0)
+        return status;
     if (is_stdout(run.csv_path) && is_stdout(run.pcap_path))
         return complain(command, "--csv and --pcap cannot both go to standard output");
     if (run.in_process && record != NULL)
@@ -402,6 +470,16 @@ int command_run(const struct command *command, int argc, char **argv)
     run.experiment.host.product = product;
     if (record != NULL && (status = read_registers(&run, record)) != 0)
         return status;
+    if (osc != NULL) {
+        run.osc = (struct host_osc){ .channels = run.registers,
+                                     .count = run.recording.count,
+                                     .every = (uint32_t)osc_every,
+                                     .pretrigger = (uint32_t)osc_before };
+        run.recording.osc = &run.osc;
+        if (osc_trigger != NULL &&
+            (status = scope_read_trigger(command, catalogue_of(&run), osc_trigger, &run.osc)) != 0)
+            return status;
+    }
     if (faults != NULL && (script = read_text(command, "fault script", faults)) == NULL)
         return EXIT_CALL;
     run.experiment.host.faults = script;

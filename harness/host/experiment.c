@@ -87,6 +87,17 @@ static void block_sample(void *argument, struct host *host)
             scalar_get(recording->registers[i].type, host_register(host, &recording->registers[i]));
 }
 
+/* What the oscilloscope has in its memory, as rows of a recording. */
+static void block_oscilloscope(struct block *block, struct host *host)
+{
+    for (size_t i = 0; i < host_osc_samples(host); i++) {
+        if (block->used + 1 + block->recording->count > sizeof block->values / sizeof(double))
+            block_flush(block);
+        host_osc_row(host, i, block->values + block->used);
+        block->used += 1 + block->recording->count;
+    }
+}
+
 static void run_cycles(const struct experiment *experiment, struct host *host)
 {
     bool going = host_start(host);
@@ -100,12 +111,17 @@ static int play(struct job *job, struct evidence *evidence, int pipe_fd, struct 
     int r = machine_seal(machine, pipe_fd, evidence->trouble);
     if (r != 0)
         return r;
-    if (job->recording != NULL && pipe_fd >= 0) {
-        job->block.recording = job->recording;
-        job->block.fd = pipe_fd;
+    const struct recording *recording = pipe_fd >= 0 ? job->recording : NULL;
+    job->block.recording = recording;
+    job->block.fd = pipe_fd;
+    if (recording != NULL && recording->osc == NULL)
         host_on_sample(host, block_sample, &job->block);
-    }
+    if (recording != NULL && recording->osc != NULL &&
+        host_osc_arm(host, recording->osc, evidence->trouble) != 0)
+        return -EINVAL;
     run_cycles(job->experiment, host);
+    if (recording != NULL && recording->osc != NULL)
+        block_oscilloscope(&job->block, host);
     block_flush(&job->block);
     evidence->stack_used = machine_stack_used(machine);
     evidence->stage = EVIDENCE_FINISHED;

@@ -29,11 +29,14 @@ struct experiment_result {
     struct worker_result worker;
 };
 
-/* Values of registers as they were right after Program_04, once a cycle (every `every` cycles). */
+/* Values of registers as they were right after Program_04, once a cycle (every `every` cycles).
+ * With `osc` it is TG Motion's own oscilloscope that records, and its memory is read at the end;
+ * the registers are then its channels. */
 struct recording {
     const struct catalogue_register *registers;
     size_t count;
     unsigned every;
+    const struct host_osc *osc;
 };
 
 /* Called in the parent: evidence while the worker runs (a snapshot that may be mid-change), and

@@ -67,6 +67,8 @@ static int find_entries(struct host *host, char why[HOST_WHY])
     for (int entry = 0; entry < ENTRY_COUNT; entry++) {
         const struct image_symbol *symbol =
             image_export(host->image, entry_name((enum entry)entry));
+        if (symbol == NULL && entry >= (int)host->config.product->entries)
+            continue; /* Program_05 where the product does not ask for it (R4) */
         if (symbol == NULL || !symbol->executable) {
             snprintf(why, HOST_WHY, "the module does not export the function %s",
                      entry_name((enum entry)entry));
@@ -75,6 +77,19 @@ static int find_entries(struct host *host, char why[HOST_WHY])
         host->entry_address[entry] = symbol->vaddr;
     }
     return 0;
+}
+
+static void periods_open(struct host *host)
+{
+    for (int i = 0; i < 3; i++) {
+        uint32_t *period = &host->config.program_period_us[i];
+        if (*period == 0)
+            *period = host->config.product->program_period_us[i];
+        if (*period == PERIOD_OFF) {
+            *period = 0;
+            host->due_ns[i] = NEVER_DUE;
+        }
+    }
 }
 
 static void close_host(struct host *host)
@@ -100,11 +115,9 @@ static int open_host(struct host **out, const struct host_config *config, struct
     host->image = image;
     host->evidence = evidence;
     host->real = config->real;
-    host->schedule = schedule_find(config->cycle_us);
+    host->schedule = schedule_find(config->product->schedule, config->cycle_us);
     evidence->op_cycle = EVIDENCE_NO_CYCLE;
-    for (int i = 0; i < 3; i++)
-        if (host->config.program_period_us[i] == 0)
-            host->config.program_period_us[i] = config->product->program_period_us[i];
+    periods_open(host);
     if (host->schedule == NULL || !product_allows_cycle(config->product, config->cycle_us)) {
         snprintf(why, HOST_WHY, "%s has no Cycle_Time of %u us", config->product->title,
                  config->cycle_us);
@@ -156,7 +169,7 @@ bool host_call(struct host *host, enum entry entry)
 {
     struct evidence *evidence = host->evidence;
     struct machine_outcome outcome;
-    if (evidence->calls[entry].disabled)
+    if (evidence->calls[entry].disabled || host->entry_address[entry] == 0)
         return false;
     evidence->entry = entry;
     evidence->stage = EVIDENCE_CALLING;
@@ -251,17 +264,35 @@ static void send(struct host *host)
         bus_send(host->bus, host->bus_zero + host->now_ns);
 }
 
-/* Program_03, 02, 01 in what is left of the slot, each when its period is due and only if it is
- * above the one that is interrupted; missed periods are not made up for (R6). */
-static void background(struct host *host)
+/* Program_03, 02, 01, each when it is due, and only if it is above the one that is interrupted. */
+static void call_due(struct host *host)
 {
+    const struct host_config *config = &host->config;
+    const uint64_t base = host->plc.run_cycle * config->cycle_us * UINT64_C(1000);
     for (int i = 2; i >= 0 && ENTRY_01 + i > (int)host->preempt.interrupted; i--) {
-        const uint64_t period = host->config.program_period_us[i] * UINT64_C(1000);
         if (host->now_ns < host->due_ns[i] || !plc_calls(host))
             continue;
         host_call(host, (enum entry)(ENTRY_01 + i));
-        while (host->due_ns[i] <= host->now_ns)
-            host->due_ns[i] += period;
+        host->due_ns[i] = base + schedule_due(config->product, config->program_period_us[i],
+                                              host->now_ns - base);
+    }
+}
+
+/* In what is left of the slot; where the product has ticks, at those until the next slot. What is
+ * interrupted on the real clock does not wait for ticks. */
+static void background(struct host *host)
+{
+    const uint64_t tick = host->config.product->tick_us * UINT64_C(1000);
+    if (tick == 0 || (host->real != NULL && host->preempt.interrupted != ENTRY_INI)) {
+        call_due(host);
+        return;
+    }
+    for (uint64_t at = (host->now_ns + tick - 1) / tick * tick; at < host_next_slot_ns(host);
+         at = (host->now_ns / tick + 1) * tick) {
+        if (host->real != NULL)
+            realtime_pause(host->real, at);
+        host->now_ns = at;
+        call_due(host);
     }
 }
 
@@ -388,7 +419,9 @@ static const void *register_at(const struct host *host, const struct catalogue_r
 {
     for (size_t i = 0; catalogue_memory(host->catalogue, i) != NULL; i++)
         if (catalogue_memory(host->catalogue, i) == reg->memory)
-            return (const char *)host->memory[i] + reg->offset;
+            return host_has_register(&host->config, reg)
+                       ? (const char *)host->memory[i] + reg->offset
+                       : NULL;
     return NULL;
 }
 

@@ -86,6 +86,9 @@ struct servo_modes {
 
 extern const struct servo_modes servo_modes_default;
 
+/* The period of a function that is not called at all. */
+#define PERIOD_OFF UINT32_MAX
+
 /*
  * How Program_01 to Program_03 are interrupted by what is above them (R18). Run to completion: not;
  * on the virtual clock a call takes no time. Otherwise a call is stopped before some instruction,
@@ -94,7 +97,7 @@ extern const struct servo_modes servo_modes_default;
 enum preempt_mode {
     PREEMPT_NONE,
     PREEMPT_SEEDED, /* places and numbers of slots are a function of the seed */
-    PREEMPT_AT      /* before instruction `at`; all slots that are left of the cycle */
+    PREEMPT_AT      /* before instruction `at`; slots go by until Program_04 has been called */
 };
 
 struct host_preempt {
@@ -105,7 +108,8 @@ struct host_preempt {
 struct host_config {
     const struct product *product;
     uint32_t cycle_us;             /* one the product allows */
-    uint32_t program_period_us[3]; /* Program_01..03; 0 = the product's default */
+    uint32_t program_period_us[3]; /* Program_01..03; 0 = the product's default, or PERIOD_OFF */
+    uint32_t data_bytes, osc_bytes; /* TGM_Data, TGM_Oscilloscope; 0 = the product's default */
     uint64_t seed;
     const struct plant *plant;
     const struct host_servo *servos; /* NULL: every axis of the bus, in bus order */
@@ -122,6 +126,11 @@ struct host_config {
     struct realtime *real; /* opened: slots come when they are due by the wall clock */
     const char *shm; /* memories are POSIX shared memory with this in front of their names (shm.h) */
 };
+
+/* Size of a shared memory of the product so configured: what the layout leaves to the product. */
+size_t host_memory_bytes(const struct host_config *config, const struct catalogue_memory *memory);
+/* Whether the product so configured has the register: SERVO[100] is not on a TGMcontroller. */
+bool host_has_register(const struct host_config *config, const struct catalogue_register *reg);
 
 struct host; /* its first member says which layout it was made for */
 
@@ -191,7 +200,7 @@ void host_osc_row(const struct host *host, size_t index, double *row);
 uint64_t host_cycles(const struct host *host);
 /* Simulated nanoseconds since the first cycle began. */
 uint64_t host_time(const struct host *host);
-/* Address of a resolved register in the host's memory. */
+/* Address of a resolved register in the host's memory; NULL past the end of it. */
 const void *host_register(const struct host *host, const struct catalogue_register *reg);
 
 #endif

@@ -13,7 +13,7 @@
 static size_t memory_size(const struct host *host, const char *name)
 {
     const struct catalogue_memory *memory = catalogue_memory_named(host->catalogue, name);
-    return memory != NULL ? memory->size : 0;
+    return memory != NULL ? host_memory_bytes(&host->config, memory) : 0;
 }
 
 static void fill_header(struct host *host)
@@ -61,7 +61,7 @@ static void fill_main(struct host *host)
     m->PLC_SetCycleTime_Prg2 = period[1];
     m->PLC_SetCycleTime_Prg3 = period[2];
     m->PLC_SetCycleTime_Prg4 = host->config.cycle_us;
-    m->Interpolator_SetCycleTime = host->schedule->slots[1].at_us;
+    m->Interpolator_SetCycleTime = host->schedule->interpolator_us;
 }
 
 /* Each instance ends at a guard page, so that reading past it faults, and is read-only to the
@@ -89,12 +89,12 @@ static int plc_data_open(struct host *host, char why[HOST_WHY])
     return 0;
 }
 
-static int memory_open(struct host *host, const struct catalogue_memory *memory, void **at,
-                       char why[HOST_WHY])
+static int memory_open(struct host *host, const struct catalogue_memory *memory, size_t bytes,
+                       void **at, char why[HOST_WHY])
 {
     void *module;
     if (host->config.shm == NULL)
-        return machine_map(host->machine, memory->name, memory->size, MACHINE_REGION_READ_WRITE, at,
+        return machine_map(host->machine, memory->name, bytes, MACHINE_REGION_READ_WRITE, at,
                            &module, why);
     const int fd = shm_attach(host->config.shm, memory);
     if (fd < 0) {
@@ -102,7 +102,7 @@ static int memory_open(struct host *host, const struct catalogue_memory *memory,
                  strerror(-fd));
         return fd;
     }
-    const int r = machine_map_shared(host->machine, memory->name, memory->size, fd, at, why);
+    const int r = machine_map_shared(host->machine, memory->name, bytes, fd, at, why);
     close(fd);
     return r;
 }
@@ -122,10 +122,11 @@ int memories_open(struct host *host, char why[HOST_WHY])
             snprintf(why, HOST_WHY, "more than %d shared memories in the catalogue", HOST_MEMORIES);
             return -E2BIG;
         }
-        int r = memory_open(host, memory, &host->memory[i], why);
+        const size_t bytes = host_memory_bytes(&host->config, memory);
+        int r = memory_open(host, memory, bytes, &host->memory[i], why);
         if (r != 0)
             return r;
-        host->memory_bytes[i] = memory->size;
+        host->memory_bytes[i] = bytes;
         if (strcmp(memory->name, "TGM_System") == 0)
             host->system = host->memory[i];
     }

@@ -129,7 +129,8 @@ bool plc_begin(struct host *host)
     host->plc.step = PLC_RUNNING;
     host->plc.run_cycle = host->cycle;
     for (int i = 0; i < 3; i++)
-        host->due_ns[i] = host_time_of(host);
+        if (host->due_ns[i] != NEVER_DUE)
+            host->due_ns[i] = host_time_of(host);
     return true;
 }
 

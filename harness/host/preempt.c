@@ -26,9 +26,14 @@ static uint64_t draw(struct host *host, uint64_t below)
     return (x ^ x >> 31) % below;
 }
 
-static size_t slots_left(const struct host *host)
+/* How many slots it is to the end of the next one in which Program_04 is called. */
+static size_t slots_to_04(const struct host *host)
 {
-    return host->slot == 0 ? 0 : host->schedule->slot_count - host->slot;
+    const struct schedule *schedule = host->schedule;
+    size_t count = 1;
+    for (size_t i = host->slot; !(schedule->slots[i].actions & SLOT_PROGRAM_04); count++)
+        i = (i + 1) % schedule->slot_count;
+    return count;
 }
 
 static struct evidence_interrupt *record(struct host *host, uint64_t pc, uint64_t instructions)
@@ -73,16 +78,13 @@ static void let_by(struct host *host, size_t slots, uint64_t pc, uint64_t instru
 static uint64_t at_instruction(void *argument, uint64_t pc, uint64_t instructions)
 {
     struct host *host = argument;
-    const size_t left = slots_left(host);
-    if (left == 0)
-        return MACHINE_NEVER;
+    const uint64_t length = host->preempt.length[host->evidence->entry - ENTRY_01];
     if (host->config.preempt.mode == PREEMPT_AT) {
-        let_by(host, left, pc, instructions);
+        let_by(host, slots_to_04(host), pc, instructions);
         return MACHINE_NEVER;
     }
-    const uint64_t length = host->preempt.length[host->evidence->entry - ENTRY_01];
-    let_by(host, 1 + (size_t)draw(host, left), pc, instructions);
-    return slots_left(host) > 0 ? 1 + draw(host, length) : MACHINE_NEVER;
+    let_by(host, 1 + (size_t)draw(host, host->schedule->slot_count), pc, instructions);
+    return draw(host, 2) == 0 ? MACHINE_NEVER : 1 + draw(host, length);
 }
 
 static uint64_t at_slot(void *argument, uint64_t pc, uint64_t instructions)
@@ -104,8 +106,6 @@ static void plan_instruction(struct host *host, enum entry entry)
 {
     const uint64_t length = host->preempt.length[entry - ENTRY_01];
     uint64_t after = host->config.preempt.at;
-    if (slots_left(host) == 0)
-        return;
     if (host->config.preempt.mode == PREEMPT_SEEDED) /* the first call is measured */
         after = length > 0 ? draw(host, length) : MACHINE_NEVER / 2;
     machine_interrupt_next(host->machine, after, at_instruction, host);

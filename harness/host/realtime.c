@@ -114,7 +114,7 @@ uint64_t latency_quantile(const struct latency *latency, double part)
     return latency->max_ns;
 }
 
-static uint64_t sleep_until(uint64_t moment, struct latency *latency)
+static uint64_t sleep_until(uint64_t moment)
 {
     const struct timespec until = { .tv_sec = (time_t)(moment / UINT64_C(1000000000)),
                                     .tv_nsec = (long)(moment % UINT64_C(1000000000)) };
@@ -123,7 +123,6 @@ static uint64_t sleep_until(uint64_t moment, struct latency *latency)
         clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, NULL);
         now = monotonic();
     }
-    count(latency, now - moment);
     return now - moment;
 }
 
@@ -131,7 +130,7 @@ void realtime_empty_loop(struct realtime *real, uint32_t slot_us, uint64_t durat
 {
     const uint64_t begin = monotonic(), slot = slot_us * UINT64_C(1000);
     for (uint64_t at = slot; at <= duration_ns; at += slot)
-        sleep_until(begin + at, &real->clock->empty);
+        count(&real->clock->empty, sleep_until(begin + at));
 }
 
 void realtime_start(struct realtime *real, uint64_t schedule_ns)
@@ -141,7 +140,14 @@ void realtime_start(struct realtime *real, uint64_t schedule_ns)
 
 uint64_t realtime_wait(struct realtime *real, uint64_t schedule_ns)
 {
-    return sleep_until(real->zero_ns + schedule_ns, &real->clock->slots);
+    const uint64_t late = sleep_until(real->zero_ns + schedule_ns);
+    count(&real->clock->slots, late);
+    return late;
+}
+
+void realtime_pause(struct realtime *real, uint64_t schedule_ns)
+{
+    sleep_until(real->zero_ns + schedule_ns);
 }
 
 bool realtime_due(const struct realtime *real, uint64_t schedule_ns)

@@ -55,6 +55,8 @@ void realtime_empty_loop(struct realtime *real, uint32_t slot_us, uint64_t durat
 void realtime_start(struct realtime *real, uint64_t schedule_ns);
 /* Waits for that moment of the schedule; how late it is, ns. */
 uint64_t realtime_wait(struct realtime *real, uint64_t schedule_ns);
+/* The same, not counted. */
+void realtime_pause(struct realtime *real, uint64_t schedule_ns);
 bool realtime_due(const struct realtime *real, uint64_t schedule_ns);
 /* A cycle begins, and is over. */
 void realtime_cycle(struct realtime *real, uint64_t schedule_ns);

@@ -48,15 +48,19 @@ static int make_one(struct shm *shm, const char *name, size_t size)
     return ftruncate(fd, (off_t)size) != 0 ? -errno : 0;
 }
 
-int shm_make(struct shm *shm, const char *prefix, const struct catalogue *catalogue,
-             char why[SHM_WHY])
+int shm_make(struct shm *shm, const struct host_config *config, char why[SHM_WHY])
 {
+    const struct catalogue *catalogue =
+        catalogue_find(config->product->generation, (int)config->product->memory_id);
     const struct catalogue_memory *memory;
     *shm = (struct shm){ .count = 0 };
+    if (catalogue == NULL)
+        return -EINVAL;
     for (size_t i = 0; (memory = catalogue_memory(catalogue, i)) != NULL; i++) {
         char name[SHM_NAME] = "";
-        name_of(name, prefix, memory);
-        const int r = i < SHM_MOST ? make_one(shm, name, memory->size) : -E2BIG;
+        name_of(name, config->shm, memory);
+        const int r =
+            i < SHM_MOST ? make_one(shm, name, host_memory_bytes(config, memory)) : -E2BIG;
         if (r == 0)
             continue;
         snprintf(why, SHM_WHY, "shared memory %s: %s%s", name, strerror(-r),

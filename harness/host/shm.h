@@ -11,7 +11,7 @@
 #ifndef HARNESS_HOST_SHM_H
 #define HARNESS_HOST_SHM_H
 
-#include "host/catalogue.h"
+#include "host/host.h"
 
 #define SHM_WHY    256
 #define SHM_NAME   128
@@ -26,10 +26,9 @@ struct shm {
     } objects[SHM_MOST];
 };
 
-/* All memories of the catalogue. 0, or negative errno with a reason; -EEXIST: somebody else has
+/* All memories of the product so configured. 0, or negative errno with a reason; -EEXIST: somebody else has
  * them. */
-int shm_make(struct shm *shm, const char *prefix, const struct catalogue *catalogue,
-             char why[SHM_WHY]);
+int shm_make(struct shm *shm, const struct host_config *config, char why[SHM_WHY]);
 void shm_remove(struct shm *shm);
 /* Only the names; fit for signal handlers. */
 void shm_unlink_names(const struct shm *shm);
