@@ -93,7 +93,8 @@ LAYOUT_SRC := measure.c \
     capture.c
 LAYOUTS := gen4 gen5_905 gen5_906
 REPORT_SRC := text.c json.c
-CLI_SRC := main.c options.c output.c check.c run.c inspect.c inspect_text.c inspect_json.c rules.c new.c registers.c \
+CLI_SRC := clock.c \
+    main.c options.c output.c check.c run.c inspect.c inspect_text.c inspect_json.c rules.c new.c registers.c \
     capture.c bus.c plot.c scope.c \
     device.c
 CONFORMANCE_SRC := profile.c rules.c findings.c incidents.c rules_file.c rules_start.c rules_cycle.c check.c

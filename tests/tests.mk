@@ -101,6 +101,8 @@ $(BUILD)/test/test_machine_stack: | template-linked
 HOST_MODULE_DIR := $(BUILD)/host_modules
 HOST_MODULES := $(foreach layout,4 905 906 906_text8,$(patsubst tests/host_modules/%.c,$(HOST_MODULE_DIR)/%_$(layout).tgm,$(wildcard tests/host_modules/*.c)))
 HOST_TESTS := test_scope test_host \
+    test_plc \
+    test_preempt \
     test_motion \
     test_gear
 host_module_4 := -DTGM_GENERATION=4
@@ -118,6 +120,8 @@ $(foreach layout,4 905 906 906_text8,$(eval $(call host_module_rule,$(layout))))
 
 $(addprefix $(BUILD)/obj/tests/,$(HOST_TESTS:=.o)): ALL_CFLAGS += -DTEST_HOST_MODULES_DIR='"$(HOST_MODULE_DIR)"'
 $(addprefix $(BUILD)/test/,$(HOST_TESTS)): | $(HOST_MODULES)
+$(BUILD)/obj/tests/test_plc.o: ALL_CFLAGS += -DTEST_TEMPLATE='"$(BUILD)/template/shuttle.tgm"'
+$(BUILD)/test/test_plc: | template-linked
 
 include tests/modules/image.mk
 $(addprefix $(BUILD)/obj/tests/,$(IMAGE_TESTS:=.o) image_support.o image_support_pe.o): ALL_CFLAGS += -DTEST_MODULES_DIR='"$(BUILD)/modules"'

@@ -109,6 +109,8 @@ struct evidence {
     size_t stack_used;        /* bytes */
     unsigned slaves;
 
+    volatile bool stop; /* the parent wants the run to end */
+
     char trouble[MACHINE_WHY]; /* the harness itself could not go on: why; "" when all is well */
 };
 

@@ -273,8 +273,8 @@ static void call_due(struct host *host)
         if (host->now_ns < host->due_ns[i] || !plc_calls(host))
             continue;
         host_call(host, (enum entry)(ENTRY_01 + i));
-        host->due_ns[i] = base + schedule_due(config->product, config->program_period_us[i],
-                                              host->now_ns - base);
+        host->due_ns[i] =
+            base + schedule_due(config->product, config->program_period_us[i], host->now_ns - base);
     }
 }
 

@@ -177,8 +177,7 @@ static void command(struct host *host)
 bool plc_cycle(struct host *host)
 {
     struct plc *plc = &host->plc;
-    const uint32_t asked =
-        host->system->Main.PLC_Ctrl & (PLC_CTRL_LOAD_BIT | PLC_CTRL_RESET_BIT);
+    const uint32_t asked = host->system->Main.PLC_Ctrl & (PLC_CTRL_LOAD_BIT | PLC_CTRL_RESET_BIT);
     command(host);
     reset_bus(host);
     if (asked != 0 && (plc->step == PLC_RUNNING || plc->step == PLC_STOPPED))
@@ -192,8 +191,7 @@ bool plc_cycle(struct host *host)
 
 bool plc_calls(const struct host *host)
 {
-    return host->plc.step == PLC_RUNNING &&
-           !(host->system->Main.PLC_Ctrl & PLC_CTRL_PAUSE_BIT);
+    return host->plc.step == PLC_RUNNING && !(host->system->Main.PLC_Ctrl & PLC_CTRL_PAUSE_BIT);
 }
 
 /* As an outside program would. */
@@ -224,8 +222,7 @@ enum host_plc plc_state(const struct host *host)
 {
     switch (host->plc.step) {
     case PLC_STOPPED:
-        return host->system->Main.PLC_Ctrl & PLC_CTRL_ERROR_BIT ? HOST_PLC_ERROR
-                                                                : HOST_PLC_STOPPED;
+        return host->system->Main.PLC_Ctrl & PLC_CTRL_ERROR_BIT ? HOST_PLC_ERROR : HOST_PLC_STOPPED;
     case PLC_CLEARING:
     case PLC_LOADING:
         return HOST_PLC_CHANGING;

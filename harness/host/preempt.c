@@ -43,10 +43,9 @@ static struct evidence_interrupt *record(struct host *host, uint64_t pc, uint64_
     if (number >= EVIDENCE_INTERRUPTS)
         return NULL;
     struct evidence_interrupt *interrupt = &evidence->interrupts[number];
-    *interrupt = (struct evidence_interrupt){ .entry = evidence->entry,
-                                              .cycle = evidence->cycle,
-                                              .pc = pc,
-                                              .instructions = instructions };
+    *interrupt = (struct evidence_interrupt){
+        .entry = evidence->entry, .cycle = evidence->cycle, .pc = pc, .instructions = instructions
+    };
     return interrupt;
 }
 

@@ -78,14 +78,19 @@ int realtime_open(struct realtime **out, struct machine *machine, uint32_t cycle
     real->clock = clock;
     real->cycle_ns = cycle_us * UINT64_C(1000);
     clock->used = true;
+    machine_timing(machine, true);
+    *out = real;
+    return 0;
+}
+
+void realtime_prepare(struct realtime *real)
+{
+    struct evidence_clock *clock = real->clock;
     clock->pinned = pin();
     clock->locked = mlockall(MCL_CURRENT) == 0;
     clock->priority = raise_priority();
     prctl(PR_SET_TIMERSLACK, 1, 0, 0, 0); /* where the priority is an ordinary one */
-    machine_timing(machine, true);
     tell(clock);
-    *out = real;
-    return 0;
 }
 
 void realtime_close(struct realtime *real)
@@ -93,11 +98,25 @@ void realtime_close(struct realtime *real)
     free(real);
 }
 
+static size_t bin_of(uint64_t us)
+{
+    if (us < LATENCY_FINE)
+        return (size_t)us;
+    const unsigned power = 63 - (unsigned)__builtin_clzll(us);
+    const size_t bin = LATENCY_FINE + (power - 10) * 16 + (us >> (power - 4) & 15);
+    return bin < LATENCY_BINS ? bin : LATENCY_BINS - 1;
+}
+
+uint64_t latency_bin_end(size_t bin)
+{
+    const size_t coarse = bin - LATENCY_FINE;
+    return bin < LATENCY_FINE ? bin + 1 : (17 + coarse % 16) << (coarse / 16 + 6);
+}
+
 static void count(struct latency *latency, uint64_t late_ns)
 {
-    const uint64_t bin = late_ns / 1000;
     latency->count++;
-    latency->bins[bin < LATENCY_BINS ? bin : LATENCY_BINS - 1]++;
+    latency->bins[bin_of(late_ns / 1000)]++;
     if (late_ns > latency->max_ns)
         latency->max_ns = late_ns;
 }
@@ -109,7 +128,7 @@ uint64_t latency_quantile(const struct latency *latency, double part)
     for (size_t i = 0; i + 1 < LATENCY_BINS; i++) {
         seen += latency->bins[i];
         if ((double)seen >= wanted)
-            return (i + 1) * UINT64_C(1000);
+            return latency_bin_end(i) * UINT64_C(1000);
     }
     return latency->max_ns;
 }

@@ -14,11 +14,14 @@
 #define HARNESS_HOST_REALTIME_H
 
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 
 #define REALTIME_WHY        160
 #define REALTIME_GIVE_UP_NS UINT64_C(100000000)
-#define LATENCY_BINS        1000 /* of a microsecond each; the last one holds what is above, too */
+/* Bins of a microsecond each below 1024 us, then sixteen to each power of two, up to a minute. */
+#define LATENCY_FINE 1024
+#define LATENCY_BINS (LATENCY_FINE + 16 * 16)
 
 /* How late things began. */
 struct latency {
@@ -42,11 +45,13 @@ struct evidence_clock {
 struct machine;
 struct realtime;
 
-/* Before the process is sealed: priority, processor, memory, the machine's alarm. 0, or negative
- * errno with a reason; what the system does not permit is no error but a notice. */
+/* Before the process is sealed: 0, or negative errno with a reason. */
 int realtime_open(struct realtime **out, struct machine *machine, uint32_t cycle_us,
                   struct evidence_clock *clock, char why[REALTIME_WHY]);
 void realtime_close(struct realtime *real);
+/* When everything is in memory, and still before the seal: processor, memory and priority, as far
+ * as the system permits them. */
+void realtime_prepare(struct realtime *real);
 
 /* Waits slot by slot as the run will, and does nothing else. */
 void realtime_empty_loop(struct realtime *real, uint32_t slot_us, uint64_t duration_ns);
@@ -66,18 +71,20 @@ void realtime_alarm(const struct realtime *real, struct machine *machine, uint64
 /* CLOCK_MONOTONIC, ns */
 uint64_t realtime_now(const struct realtime *real);
 
+/* Where a bin ends, us. */
+uint64_t latency_bin_end(size_t bin);
 /* The latency that this part (0 to 1) of them did not exceed, ns. */
 uint64_t latency_quantile(const struct latency *latency, double part);
 
 /* How long things took in the latest cycle, ns: for the registers (measure.c). */
 struct measured {
-    uint64_t latency_ns;     /* of the latest slot */
-    uint64_t began_ns;       /* the latest cycle, and the part of TG Motion's own that is measured */
+    uint64_t latency_ns; /* of the latest slot */
+    uint64_t began_ns;   /* the latest cycle, and the part of TG Motion's own that is measured */
     uint64_t begin_ns;
-    uint64_t period_ns;      /* from cycle to cycle */
-    uint64_t servo_ns;       /* TG Motion's own work in the cycle, bus included */
-    uint64_t servo_last_ns;  /* in the one before */
-    uint64_t program_ns[6];  /* by enum entry, interrupts included */
+    uint64_t period_ns;     /* from cycle to cycle */
+    uint64_t servo_ns;      /* TG Motion's own work in the cycle, bus included */
+    uint64_t servo_last_ns; /* in the one before */
+    uint64_t program_ns[6]; /* by enum entry, interrupts included */
 };
 
 void measure_begin(struct measured *measured, bool cycle_begins);

@@ -107,8 +107,7 @@ bool rewind_back(struct host *host)
     each_page(host, copy, clear_page);
     for (size_t i = 0; i < copy->count; i++)
         memcpy((char *)host->memory[copy->pages[i].memory] + copy->pages[i].offset,
-               copy->pages[i].bytes,
-               page_size(host, copy->pages[i].memory, copy->pages[i].offset));
+               copy->pages[i].bytes, page_size(host, copy->pages[i].memory, copy->pages[i].offset));
     if (host->bus != NULL)
         bus_rewind(host->bus, copy->bus);
     for (int entry = 0; entry < ENTRY_COUNT; entry++)

@@ -64,7 +64,8 @@ int shm_make(struct shm *shm, const struct host_config *config, char why[SHM_WHY
         if (r == 0)
             continue;
         snprintf(why, SHM_WHY, "shared memory %s: %s%s", name, strerror(-r),
-                 r == -EEXIST ? " (another run? --shm-prefix gives this one names of its own)" : "");
+                 r == -EEXIST ? " (another run? --shm-prefix gives this one names of its own)"
+                              : "");
         shm_remove(shm);
         return r;
     }

@@ -26,8 +26,8 @@ struct shm {
     } objects[SHM_MOST];
 };
 
-/* All memories of the product so configured. 0, or negative errno with a reason; -EEXIST: somebody else has
- * them. */
+/* All memories of the product so configured. 0, or negative errno with a reason; -EEXIST: somebody
+ * else has them. */
 int shm_make(struct shm *shm, const struct host_config *config, char why[SHM_WHY]);
 void shm_remove(struct shm *shm);
 /* Only the names; fit for signal handlers. */

@@ -151,8 +151,8 @@ int machine_map(struct machine *machine, const char *name, size_t size,
                 enum machine_region_access access, void **host, void **module,
                 char why[MACHINE_WHY]);
 
-/* The same, readable and writable, with memory of somebody else's: the object behind fd, mapped from
- * its beginning, so that it is the last page that has slack. */
+/* The same, readable and writable, with memory of somebody else's: the object behind fd, mapped
+ * from its beginning, so that it is the last page that has slack. */
 int machine_map_shared(struct machine *machine, const char *name, size_t size, int fd,
                        void **memory, char why[MACHINE_WHY]);
 
