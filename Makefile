@@ -20,7 +20,7 @@ ALL_CFLAGS = -std=gnu11 $(OPT) -ffp-contract=off $(WARN) $(INCLUDE) -MMD -MP $(C
 XML     := -isystem /usr/include/libxml2
 BUS_CFLAGS = -DEC_VER2 -Iharness/bus/port -isystem third_party/soem/soem -isystem third_party/soem/osal $(XML)
 SOEM_CFLAGS = -std=gnu11 -O2 -g -w -DEC_VER2 -Iharness -Iharness/bus/port -Ithird_party/soem/soem -Ithird_party/soem/osal $(CFLAGS)
-LIBS    := -lelf -ldw -lcapstone -lsodium -lseccomp -ljansson -lxml2 -lm
+LIBS    := -lelf -ldw -lcapstone -lsodium -lseccomp -ljansson -linih -lxml2 -lm
 
 # --- sources -------------------------------------------------------------------------------------
 
@@ -73,7 +73,9 @@ BUS_SRC := client.c client_cycle.c client_jobs.c client_map.c client_watch.c fib
     esi_xml.c \
     busfile.c
 TERMINALS := $(wildcard harness/bus/terminals/*.device)
-HOST_SRC := product.c schedule.c extent.c catalogue.c text16.c evidence.c plant.c host_select.c osc.c experiment.c \
+HOST_SRC := product.c schedule.c extent.c servo_wire.c \
+    config.c config_keys.c config_check.c \
+    catalogue.c text16.c evidence.c plant.c host_select.c osc.c experiment.c \
     profile_shape.c \
     profile_motion.c \
     gear_motion.c \
@@ -98,6 +100,8 @@ LAYOUT_SRC := host.c host_rows.c memories.c services.c timers.c servo.c dio.c \
 LAYOUTS := gen4 gen5_905 gen5_906
 REPORT_SRC := text.c json.c
 CLI_SRC := main.c options.c output.c check.c run.c inspect.c inspect_text.c inspect_json.c rules.c new.c registers.c \
+    config.c \
+    configuration.c \
     capture.c bus.c plot.c scope.c \
     device.c \
     eeprom.c

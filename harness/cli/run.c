@@ -11,6 +11,7 @@
 #include "bus/busfile.h"
 #include "cli/cli.h"
 #include "cli/eeprom.h"
+#include "cli/configuration.h"
 #include "cli/plot.h"
 #include "cli/scope.h"
 #include "conformance/profile.h"
@@ -189,6 +190,9 @@ static int read_registers(struct run *run, const char *list)
         name[length] = '\0';
         if (catalogue_resolve(catalogue, name, &run->registers[run->recording.count], why) != 0)
             return complain(run->command, "--record: %s", why);
+        if (!host_has_register(&run->experiment.host, &run->registers[run->recording.count]))
+            return complain(run->command, "--record: %s is past the end of %s on %s", name,
+                            run->registers[run->recording.count].memory->name, product->title);
         run->recording.count++;
         list += length + (list[length] == ',');
     }
@@ -416,7 +420,8 @@ int command_run(const struct command *command, int argc, char **argv)
 {
     static struct run run;
     const char *profile_name = "pc4", *record = NULL, *bus = NULL, *module = NULL, *faults = NULL;
-    const char *osc = NULL, *osc_trigger = NULL;
+    const char *osc = NULL, *osc_trigger = NULL, *config = NULL;
+    static struct configuration configuration;
     uint64_t osc_every = 1, osc_before = 0;
     const char *can = NULL;
     char *script = NULL, *can_script = NULL;
@@ -424,8 +429,8 @@ int command_run(const struct command *command, int argc, char **argv)
     const struct option table[] = {
         { "--for", OPTION_DURATION, "TIME", "simulated time, as in 2s or 500ms (default 2s)",
           &duration, 0, 0 },
-        { "--cycle", OPTION_NUMBER, "US", "Cycle_Time in microseconds: 250, 500 (default) or 1000",
-          &cycle_us, 0, 0 },
+        { "--cycle", OPTION_NUMBER, "US", "Cycle_Time in microseconds (default 500)", &cycle_us, 0,
+          0 },
         { "--record", OPTION_TEXT, "NAMES",
           "registers to record, as in 'SERVO[0].Position,DIO[0].In0'", &record, 0, 0 },
         { "--csv", OPTION_TEXT, "FILE", "where the recording goes, - for standard output",
@@ -455,6 +460,8 @@ int command_run(const struct command *command, int argc, char **argv)
         { "--can", OPTION_TEXT, "FILE", "what stands on the CAN bus (docs/can.md)", &can, 0, 0 },
         { "--in-process", OPTION_FLAG, NULL,
           "no worker and no sandbox, for a debugger (make debug)", &run.in_process, 0, 0 },
+        { "--config", OPTION_TEXT, "FILE",
+          "configuration of TG Motion (docs/configuration.md); other options win", &config, 0, 0 },
         { "--profile", OPTION_TEXT, "NAME", "which TG Motion to be: pc4 (default)", &profile_name,
           0, 0 },
         { 0 },
@@ -469,10 +476,18 @@ int command_run(const struct command *command, int argc, char **argv)
     if (profile == NULL)
         return EXIT_CALL;
     const struct product *product = product_find(profile->product);
+    struct host_config *host = &run.experiment.host;
+    host->plant = &plant_default;
+    if (config != NULL &&
+        (status = configuration_open(&configuration, command, config, product, host)) != 0)
+        return status;
     if (cycle_us == 0)
-        cycle_us = product->default_cycle_us;
-    if (cycle_us > UINT32_MAX || !product_allows_cycle(product, (uint32_t)cycle_us))
-        return complain(command, "--cycle must be 250, 500 or 1000, not %" PRIu64, cycle_us);
+        cycle_us = host->cycle_us != 0 ? host->cycle_us : product->default_cycle_us;
+    if (cycle_us > UINT32_MAX || !product_allows_cycle(product, (uint32_t)cycle_us)) {
+        char allowed[128];
+        product_cycles_text(product, allowed, sizeof allowed);
+        return complain(command, "--cycle must be %s, not %" PRIu64, allowed, cycle_us);
+    }
     if (osc != NULL && record != NULL)
         return complain(command, "--osc and --record exclude each other");
     if (osc == NULL && (osc_trigger != NULL || osc_before != 0))
@@ -511,17 +526,21 @@ int command_run(const struct command *command, int argc, char **argv)
         return status;
     if (faults != NULL && (script = read_text(command, "fault script", faults)) == NULL)
         return EXIT_CALL;
-    run.experiment.host.faults = script;
-    run.experiment.host.faults_name = faults;
+    if (faults != NULL) {
+        host->faults = script;
+        host->faults_name = faults;
+    }
     run.experiment.name = "run";
     run.experiment.host.cycle_us = (uint32_t)cycle_us;
     run.experiment.host.seed = seed;
     if (bus != NULL && (status = read_bus(&run, bus)) != 0)
         return status;
-    run.experiment.host.plant = bus != NULL ? &run.plant : &plant_default;
+    if (bus != NULL)
+        host->plant = &run.plant;
     run.experiment.cycles = (duration + cycle_us * 1000 - 1) / (cycle_us * 1000);
     status = start(&run, profile, module, record);
     free(script);
     free(can_script);
+    configuration_close(&configuration);
     return status;
 }

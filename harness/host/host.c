@@ -6,6 +6,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* AL states are read every so many cycles: more often than anything reacts to them. */
+enum { POLL_CYCLES = 4 };
+
 static int parts_open(struct host *host, char why[HOST_WHY])
 {
     int r = 0;
@@ -25,6 +28,11 @@ static int parts_open(struct host *host, char why[HOST_WHY])
 
 static int bus_start(struct host *host, char why[HOST_WHY])
 {
+    struct bus_startup *startup = calloc(BUS_MAX_SLAVES * (size_t)WIRE_STARTUP, sizeof *startup);
+    if (startup == NULL) {
+        snprintf(why, HOST_WHY, "no memory");
+        return -ENOMEM;
+    }
     const struct bus_config config = {
         .devices = host->config.plant->devices,
         .device_count = host->config.plant->device_count,
@@ -35,8 +43,14 @@ static int bus_start(struct host *host, char why[HOST_WHY])
         .capture = host->config.capture,
         .library = host->config.plant->library,
         .redundant = host->config.plant->redundant,
+        .dc_sync = host->config.clock == CLOCK_ON,
+        .startup = startup,
+        .startup_count =
+            wire_startup(&host->config, startup, BUS_MAX_SLAVES * (size_t)WIRE_STARTUP),
     };
-    return bus_open(&host->bus, &config, why);
+    const int r = bus_open(&host->bus, &config, why);
+    free(startup);
+    return r;
 }
 
 static int bus_ready(struct host *host, char why[HOST_WHY])
@@ -236,7 +250,8 @@ static void receive(struct host *host)
         host->exchanged = host->exchanged || host->frame_back;
         if (wkc < bus_expected_wkc(host->bus) && host->evidence->op_cycle != EVIDENCE_NO_CYCLE)
             host->evidence->wkc_errors++;
-        bus_poll_states(host->bus);
+        if (host->cycle % POLL_CYCLES == 0)
+            bus_poll_states(host->bus);
         note_bus(host);
     }
     EACH_PART(host, receive);

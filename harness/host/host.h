@@ -88,11 +88,18 @@ extern const struct servo_modes servo_modes_default;
 /* The period of a function that is not called at all. */
 #define PERIOD_OFF UINT32_MAX
 
+/* The distributed clock: on without SYNC0 unless configured; off; on, and drives follow SYNC0. */
+enum clock_choice { CLOCK_DEFAULT, CLOCK_OFF, CLOCK_ON };
+
 struct host_config {
     const struct product *product;
-    uint32_t cycle_us;             /* one the product allows */
-    uint32_t program_period_us[3]; /* Program_01..03; 0 = the product's default, or PERIOD_OFF */
+    uint32_t cycle_us;              /* one the product allows */
+    uint32_t program_period_us[3];  /* Program_01..03; 0 = the product's default, or PERIOD_OFF */
     uint32_t data_bytes, osc_bytes; /* TGM_Data, TGM_Oscilloscope; 0 = the product's default */
+    uint32_t eeprom_bytes;          /* MAIN.Size_EEPROM_Memory; 0 = all there is */
+    uint32_t can_kbit, log_ctrl;    /* MAIN.PLC_CAN_BaudRate, MAIN.Log_Ctrl */
+    uint32_t interpolator_items[3]; /* INTERPOLATOR.Buffer_Size; 0 = not configured */
+    enum clock_choice clock;
     uint64_t seed;
     const struct plant *plant;
     const struct host_servo *servos; /* NULL: every axis of the bus, in bus order */

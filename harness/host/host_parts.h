@@ -23,6 +23,7 @@
 #include "host/motion.h"
 #include "host/osc.h"
 #include "host/schedule.h"
+#include "host/servo_wire.h"
 
 #if TGM_GENERATION == 4
 #define GENERATION(four, five) four
@@ -40,21 +41,27 @@ typedef uint32_t dio_word;
 #endif
 #define DIO_WORDS 16
 
+/* SERVO.ControlWord and StatusWord. */
+#if TGM_GENERATION == 5 && TGM_MEMORY_ID == 906
+typedef uint32_t servo_word;
+#else
+typedef int32_t servo_word;
+#endif
+
 #define HOST_MEMORIES  16
 #define HOST_AXES      256
 #define HOST_TERMINALS 16
 
-#define NO_SLAVE SIZE_MAX /* of a virtual servo */
-
 /* A servo register group and the drive axis behind it, if there is one. */
 struct axis {
     SERVO *reg;
-    size_t slave;                                          /* or NO_SLAVE */
-    struct bus_entry control, mode, target;                /* outputs */
-    struct bus_entry status, mode_display, actual, inputs; /* inputs; bits == 0 when not mapped */
-    uint32_t raw;                                          /* last position on the wire, wraps */
-    bool seen;                                             /* raw is valid */
-    double sent;                                           /* last set-point sent, inc */
+    size_t slave; /* or NO_SLAVE */
+    struct servo_wire wire;
+    double scale;    /* increments on the wire for one of the register */
+    uint64_t raw;    /* last position on the wire, wraps */
+    double position; /* the same, counting on */
+    bool seen;       /* raw is valid */
+    double sent;     /* last set-point sent, inc */
     double sent_speed;
     bool tracking; /* the set-point follows the axis because it is not enabled */
     bool asked;    /* it was to be enabled when the outputs left */
