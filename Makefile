@@ -76,7 +76,12 @@ TERMINALS := $(wildcard harness/bus/terminals/*.device)
 HOST_SRC := product.c schedule.c catalogue.c text16.c evidence.c plant.c host_select.c osc.c experiment.c \
     profile_shape.c \
     profile_motion.c \
-    gear_motion.c
+    gear_motion.c \
+    angle.c \
+    interp_path.c \
+    interp_run.c \
+    interp_filter.c \
+    interp_file.c
 # What touches registers: once for each layout of the shared memories.
 LAYOUT_SRC := host.c host_rows.c memories.c services.c timers.c servo.c dio.c \
     motion.c \
