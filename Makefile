@@ -87,7 +87,9 @@ LAYOUT_SRC := host.c host_rows.c memories.c services.c timers.c servo.c dio.c \
     motion.c \
     scope.c \
     command.c \
-    capture.c
+    capture.c \
+    interpolator.c \
+    interpolator_command.c
 LAYOUTS := gen4 gen5_905 gen5_906
 REPORT_SRC := text.c json.c
 CLI_SRC := main.c options.c output.c check.c run.c inspect.c inspect_text.c inspect_json.c rules.c new.c registers.c \

@@ -25,6 +25,7 @@
 #include "bus/bus.h"
 #include "host/catalogue.h"
 #include "host/evidence.h"
+#include "host/interp_path.h"
 #include "host/product.h"
 #include "machine/machine.h"
 
@@ -95,6 +96,10 @@ struct host_config {
     bool without_bus; /* no slaves are made: for experiments that only call Program_Ini */
     struct mutation mutation;
     struct pcap *capture; /* where the frames of the bus go; NULL: nowhere */
+    unsigned interpolators;          /* 0: as many as the product has */
+    uint32_t interpolator_buffer[3]; /* parts; 0: 2000 */
+    const struct interp_path *path;  /* for interpolator 0, which is started at that time */
+    uint64_t path_start_ns;
 };
 
 struct host; /* its first member says which layout it was made for */
@@ -139,5 +144,19 @@ uint64_t host_cycles(const struct host *host);
 uint64_t host_time(const struct host *host);
 /* Address of a resolved register in the host's memory. */
 const void *host_register(const struct host *host, const struct catalogue_register *reg);
+
+/*
+ * The CNC side of an interpolator, which a PLC has no access to. Call between cycles; nothing is
+ * allocated.
+ *
+ * load fills the buffer with a copy of the path, or appends to one that said there would be more.
+ * 0; -EBUSY while it moves; -ENOSPC; -EINVAL; with a reason. start: false when there is nothing to
+ * run or it runs. stop: along the path, on the normal or the emergency ramp; drop forgets what is
+ * left of the path, otherwise start goes on.
+ */
+int host_interpolator_load(struct host *host, unsigned number, const struct interp_path *path,
+                           bool append, char why[HOST_WHY]);
+bool host_interpolator_start(struct host *host, unsigned number);
+void host_interpolator_stop(struct host *host, unsigned number, bool emergency, bool drop);
 
 #endif

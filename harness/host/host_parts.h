@@ -15,7 +15,9 @@
 #define TGM_HOST
 #include <tgm_plc.h>
 
+#include "host/angle.h"
 #include "host/host_ops.h"
+#include "host/interpolator.h"
 #include "host/motion.h"
 #include "host/osc.h"
 #include "host/schedule.h"
@@ -110,6 +112,10 @@ struct host {
 
     struct osc osc;
 
+    struct interpolator interpolators[INTERPOLATORS_MOST];
+    size_t interpolator_count;
+    bool path_started; /* the one of the configuration */
+
     uint64_t cycle, now_ns, timer_ms;
     uint64_t due_ns[3]; /* Program_01..03 */
     host_sample *sample;
@@ -119,7 +125,8 @@ struct host {
 /* In the order in which they act; ends with NULL. host_rows.c */
 extern const struct host_part *const host_parts[];
 extern const struct host_part host_scope;
-extern const struct host_part host_timers, host_servo, host_capture, host_motion, host_dio;
+extern const struct host_part host_timers, host_servo, host_capture, host_motion, host_dio,
+    host_interpolator;
 
 /* services.c: fills the functions of a PLC_DATA; the services act for this host from now on. */
 void services_bind(struct host *host, PLC_DATA *data);
@@ -143,6 +150,19 @@ void motion_refer(struct axis *axis, double reference);
 int scope_arm(struct host *host, const struct host_osc *wanted, char why[HOST_WHY]);
 size_t scope_samples(const struct host *host);
 void scope_row(const struct host *host, size_t index, double *row);
+
+/* interpolator.c: the CNC side (host.h), and what interpolator_command.c needs. */
+int interpolator_load(struct host *host, unsigned number, const struct interp_path *path,
+                      bool append, char why[HOST_WHY]);
+bool interpolator_start(struct host *host, unsigned number);
+void interpolator_stop(struct host *host, unsigned number, bool emergency, bool drop);
+uint32_t interpolator_step_us(const struct host *host);
+/* It stands there now, without having moved. */
+void interpolator_place(struct interpolator *in, const double position[INTERP_AXES]);
+void interpolators_close(struct host *host);
+
+/* interpolator_command.c: carries out INTERPOLATOR.Command, in front of a step. */
+void interpolator_command(const struct host *host, struct interpolator *in);
 
 /* memories.c */
 int memories_open(struct host *host, char why[HOST_WHY]);

@@ -3,6 +3,7 @@
 
 const struct host_part *const host_parts[] = {
     &host_timers,
+    &host_interpolator, /* its positions are set-points of the servos */
     &host_servo,
     &host_capture,
     &host_motion,
