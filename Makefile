@@ -84,7 +84,12 @@ HOST_SRC := realtime.c shm.c product.c schedule.c extent.c servo_wire.c \
     channel.c \
     drive_error.c \
     can.c \
-    can_script.c
+    can_script.c \
+    angle.c \
+    interp_path.c \
+    interp_run.c \
+    interp_filter.c \
+    interp_file.c
 # What touches registers: once for each layout of the shared memories.
 LAYOUT_SRC := measure.c \
     plc.c \
@@ -102,7 +107,9 @@ LAYOUT_SRC := measure.c \
     safety.c \
     statistics.c \
     eeprom.c \
-    can_memory.c
+    can_memory.c \
+    interpolator.c \
+    interpolator_command.c
 LAYOUTS := gen4 gen5_905 gen5_906
 REPORT_SRC := text.c json.c
 CLI_SRC := main.c options.c output.c check.c run.c inspect.c inspect_text.c inspect_json.c rules.c new.c registers.c \
