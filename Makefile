@@ -74,6 +74,7 @@ BUS_SRC := client.c client_cycle.c client_jobs.c client_map.c client_watch.c fib
     busfile.c
 TERMINALS := $(wildcard harness/bus/terminals/*.device)
 HOST_SRC := product.c schedule.c extent.c servo_wire.c \
+    servo_select.c \
     config.c config_keys.c config_check.c \
     catalogue.c text16.c evidence.c plant.c host_select.c osc.c experiment.c \
     profile_shape.c \
@@ -150,7 +151,8 @@ FUZZERS := fuzz_image fuzz_text \
     fuzz_segment \
     fuzz_faults \
     fuzz_code \
-    fuzz_device
+    fuzz_device \
+    fuzz_config
 .PHONY: fuzz
 fuzz: $(addprefix $(BUILD)/fuzz/,$(FUZZERS)) ## fuzz the readers of module files and fault scripts, the SDK's text and the bus segment for FUZZ_SECONDS each (default 300)
 	$(Q)for fuzzer in $(FUZZERS); do mkdir -p $(BUILD)/fuzz/corpus-$$fuzzer; \
@@ -267,6 +269,11 @@ $(BUILD)/fuzz/fuzz_text: tests/fuzz_text.c sdk/src/number.c sdk/src/text16.c sdk
 	@mkdir -p $(@D)
 	@echo "  FUZZ   $@"
 	$(Q)$(FUZZ_CC) -DTGM_HOST -o $@ $(filter %.c,$^) -lm
+
+$(BUILD)/fuzz/fuzz_config: tests/fuzz_config.c $(addprefix harness/host/,config.c config_keys.c config_check.c product.c plant.c servo_select.c) harness/bus/scan.c | $(BUILD)/.deps-test
+	@mkdir -p $(@D)
+	@echo "  FUZZ   $@"
+	$(Q)$(FUZZ_CC) -o $@ $(filter %.c,$^) -linih
 
 # The simulated bus alone, without the SOEM client.
 $(BUILD)/fuzz/fuzz_faults: tests/fuzz_faults.c $(addprefix harness/bus/,$(filter-out client% port/% view.c live% rack.c fiber.c,$(BUS_SRC))) harness/bus/terminals.S | $(BUILD)/.deps-test
