@@ -79,20 +79,33 @@ HOST_SRC := product.c schedule.c extent.c servo_wire.c \
     catalogue.c text16.c evidence.c plant.c host_select.c osc.c experiment.c \
     profile_shape.c \
     profile_motion.c \
-    gear_motion.c
+    gear_motion.c \
+    channel.c \
+    drive_error.c \
+    can.c \
+    can_script.c
 # What touches registers: once for each layout of the shared memories.
 LAYOUT_SRC := host.c host_rows.c memories.c services.c timers.c servo.c dio.c \
     motion.c \
     scope.c \
     command.c \
-    capture.c
+    capture.c \
+    console.c \
+    channels.c \
+    general.c \
+    servo_error.c \
+    safety.c \
+    statistics.c \
+    eeprom.c \
+    can_memory.c
 LAYOUTS := gen4 gen5_905 gen5_906
 REPORT_SRC := text.c json.c
 CLI_SRC := main.c options.c output.c check.c run.c inspect.c inspect_text.c inspect_json.c rules.c new.c registers.c \
     config.c \
     configuration.c \
     capture.c bus.c plot.c scope.c \
-    device.c
+    device.c \
+    eeprom.c
 CONFORMANCE_SRC := profile.c rules.c findings.c incidents.c rules_file.c rules_start.c rules_cycle.c check.c
 SOEM_SRC := ethercatbase.c ethercatcoe.c ethercatconfig.c ethercatdc.c ethercatmain.c ethercatprint.c ethercatsoe.c
 
@@ -152,7 +165,8 @@ FUZZERS := fuzz_image fuzz_text \
     fuzz_faults \
     fuzz_code \
     fuzz_device \
-    fuzz_config
+    fuzz_config \
+    fuzz_text16
 .PHONY: fuzz
 fuzz: $(addprefix $(BUILD)/fuzz/,$(FUZZERS)) ## fuzz the readers of module files and fault scripts, the SDK's text and the bus segment for FUZZ_SECONDS each (default 300)
 	$(Q)for fuzzer in $(FUZZERS); do mkdir -p $(BUILD)/fuzz/corpus-$$fuzzer; \
@@ -274,6 +288,11 @@ $(BUILD)/fuzz/fuzz_config: tests/fuzz_config.c $(addprefix harness/host/,config.
 	@mkdir -p $(@D)
 	@echo "  FUZZ   $@"
 	$(Q)$(FUZZ_CC) -o $@ $(filter %.c,$^) -linih
+
+$(BUILD)/fuzz/fuzz_text16: tests/fuzz_text16.c harness/host/text16.c | $(BUILD)/.deps-test
+	@mkdir -p $(@D)
+	@echo "  FUZZ   $@"
+	$(Q)$(FUZZ_CC) -o $@ $(filter %.c,$^) -lm
 
 # The simulated bus alone, without the SOEM client.
 $(BUILD)/fuzz/fuzz_faults: tests/fuzz_faults.c $(addprefix harness/bus/,$(filter-out client% port/% view.c live% rack.c fiber.c,$(BUS_SRC))) harness/bus/terminals.S | $(BUILD)/.deps-test

@@ -11,10 +11,12 @@
 #include "bus/busfile.h"
 #include "cli/cli.h"
 #include "cli/configuration.h"
+#include "cli/eeprom.h"
 #include "cli/plot.h"
 #include "cli/scope.h"
 #include "conformance/profile.h"
 #include "conformance/rules.h"
+#include "host/can.h"
 
 #define RECORD_MAX 64
 #define RUN_WHY    1024
@@ -34,6 +36,7 @@ struct run {
     struct plant plant; /* with --bus */
     struct capture capture;
     const char *pcap_path;
+    struct eeprom_file eeprom;
     FILE *screen; /* standard error when recording or capture go to standard output */
     bool terminal;
     bool in_process;
@@ -55,10 +58,10 @@ static void show_message(const struct run *run, const struct evidence_message *m
 {
     if (message->cycle == EVIDENCE_NO_CYCLE)
         fprintf(run->screen, "%s  before the cycles  %-11s  %s\n", run->terminal ? "\r\033[K" : "",
-                entry_name(message->entry), message->text);
+                evidence_speaker(message), message->text);
     else
         fprintf(run->screen, "%s  cycle %-11" PRIu64 "  %-11s  %s\n",
-                run->terminal ? "\r\033[K" : "", message->cycle, entry_name(message->entry),
+                run->terminal ? "\r\033[K" : "", message->cycle, evidence_speaker(message),
                 message->text);
 }
 
@@ -279,6 +282,8 @@ static int play(struct run *run, const char *path)
             return complain(run->command, "no worker process: %s", strerror(-r));
     }
     int status = conclude(run, &result, slash != NULL ? slash + 1 : path);
+    if (eeprom_write(run->command, &run->eeprom, &result.evidence) != 0)
+        status = EXIT_CALL;
     r = capture_close(&run->capture);
     if (r != 0 && r != -EBADMSG) /* that one is the worker's, and told */
         status = complain(run->command, "cannot write '%s': %s", run->pcap_path, strerror(-r));
@@ -327,6 +332,21 @@ static int read_bus(struct run *run, const char *path)
     return 0;
 }
 
+static int read_can(struct run *run, const char *path, char **script)
+{
+    static struct can can;
+    char why[CAN_WHY];
+    if (path == NULL)
+        return 0;
+    if ((*script = read_text(run->command, "CAN script", path)) == NULL)
+        return EXIT_CALL;
+    if (can_open(&can, *script, path, 1, why) != 0)
+        return complain(run->command, "%s", why);
+    run->experiment.host.can = *script;
+    run->experiment.host.can_name = path;
+    return 0;
+}
+
 static int refuse_self(const struct run *run, const char *option, const char *file,
                        const char *module)
 {
@@ -354,6 +374,8 @@ static int open_files(struct run *run, const char *module, const char *record)
     int status = refuse_self(run, "--csv", run->csv_path, module);
     if (status == 0)
         status = refuse_self(run, "--pcap", run->pcap_path, module);
+    if (status == 0)
+        status = refuse_self(run, "--eeprom", run->eeprom.path, module);
     if (status != 0)
         return status;
     if (run->plot_path != NULL && run->csv_path == NULL && make_plot_csv(run) != 0)
@@ -401,7 +423,8 @@ int command_run(const struct command *command, int argc, char **argv)
     const char *osc = NULL, *osc_trigger = NULL, *config = NULL;
     static struct configuration configuration;
     uint64_t osc_every = 1, osc_before = 0;
-    char *script = NULL;
+    const char *can = NULL;
+    char *script = NULL, *can_script = NULL;
     uint64_t duration = UINT64_C(2000000000), cycle_us = 0, seed = DEFAULT_SEED;
     const struct option table[] = {
         { "--for", OPTION_DURATION, "TIME", "simulated time, as in 2s or 500ms (default 2s)",
@@ -432,6 +455,9 @@ int command_run(const struct command *command, int argc, char **argv)
           0, 0 },
         { "--faults", OPTION_TEXT, "FILE", "what goes wrong on the bus, and when (docs/faults.md)",
           &faults, 0, 0 },
+        { "--eeprom", OPTION_TEXT, "FILE", "what is stored in the EEPROM; written anew when saved",
+          &run.eeprom.path, 0, 0 },
+        { "--can", OPTION_TEXT, "FILE", "what stands on the CAN bus (docs/can.md)", &can, 0, 0 },
         { "--in-process", OPTION_FLAG, NULL,
           "no worker and no sandbox, for a debugger (make debug)", &run.in_process, 0, 0 },
         { "--config", OPTION_TEXT, "FILE",
@@ -495,6 +521,9 @@ int command_run(const struct command *command, int argc, char **argv)
             (status = scope_read_trigger(command, catalogue_of(&run), osc_trigger, &run.osc)) != 0)
             return status;
     }
+    if ((status = eeprom_read(command, &run.eeprom, &run.experiment.host)) != 0 ||
+        (status = read_can(&run, can, &can_script)) != 0)
+        return status;
     if (faults != NULL && (script = read_text(command, "fault script", faults)) == NULL)
         return EXIT_CALL;
     if (faults != NULL) {
@@ -512,5 +541,6 @@ int command_run(const struct command *command, int argc, char **argv)
     status = start(&run, profile, module, record);
     free(script);
     configuration_close(&configuration);
+    free(can_script);
     return status;
 }

@@ -44,6 +44,7 @@ static int axis_open(struct host *host, size_t slave, unsigned number, uint32_t 
     struct axis *axis = axis_new(host, slave, why);
     if (axis == NULL)
         return -E2BIG;
+    host->taken[slave] = true;
     int r = wire_open(&axis->wire, host->bus, host->config.plant, slave, number, why);
     if (r != 0)
         return r;
@@ -181,8 +182,10 @@ static void axis_receive(struct host *host, struct axis *axis)
     reg->AnalogIn = answer.analog;
     reg->Current = answer.current;
     reg->Status = status_of[answer.state];
-    /* "other": the drive's own code is not mapped (M13) */
-    reg->Error = answer.state == WIRE_FAULT ? UINT32_C(0x80000000) : 0;
+    if (answer.state == WIRE_FAULT)
+        servo_faulty(host, axis);
+    else
+        servo_faultless(host, axis);
     receive_position(axis, answer.position, host_cycle_seconds(host));
 }
 
@@ -213,7 +216,8 @@ static void axis_send(struct host *host, struct axis *axis)
     SERVO *reg = axis->reg;
     const double cycle = host_cycle_seconds(host);
     const bool follow = !servo_runs(host, axis);
-    const double next = follow ? reg->Position : set_point(host, axis);
+    const double next =
+        follow ? reg->Position : safety_set_point(host, axis, set_point(host, axis));
     const double speed = follow || axis->tracking ? 0 : (next - axis->sent) / cycle;
     reg->WriteSpeed = speed;
     reg->WriteAcc = (speed - axis->sent_speed) / cycle;
