@@ -6,10 +6,17 @@
 static const char *const six_exports[] = { "Program_Ini", "Program_01", "Program_02", "Program_03",
                                            "Program_04",  "Program_05", NULL };
 
+static const char *const five_exports[] = { "Program_Ini", "Program_01", "Program_02", "Program_03",
+                                            "Program_04", NULL };
+
 static const struct profile profiles[] = {
 #define PROFILE(...) { __VA_ARGS__ },
 #include "conformance/profiles/pc4.def"
+#include "conformance/profiles/pc500.def"
 #include "conformance/profiles/pc5.def"
+#include "conformance/profiles/tgmmini.def"
+#include "conformance/profiles/tgmcontroller.def"
+#include "conformance/profiles/tgzmotion.def"
 #undef PROFILE
 };
 

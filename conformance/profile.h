@@ -19,6 +19,7 @@ struct profile {
     enum image_target target;
     const char *wanted;         /* format and target in words, for messages */
     const char *const *exports; /* names a module must export, and no others; ends with NULL */
+    const char *optional;       /* one that it may export; NULL: none */
 };
 
 /* By name or index, NULL when there is none. */

@@ -33,7 +33,7 @@ static bool is_wanted(const struct profile *profile, const char *name)
     for (const char *const *wanted = profile->exports; *wanted != NULL; wanted++)
         if (strcmp(*wanted, name) == 0)
             return true;
-    return false;
+    return profile->optional != NULL && strcmp(profile->optional, name) == 0;
 }
 
 /* The wanted name that a name comes close to: other letter case, a leading underscore, an @suffix.
@@ -47,6 +47,14 @@ static const char *meant(const struct profile *profile, const char *name)
         if (strlen(*wanted) == length && strncasecmp(*wanted, name, length) == 0)
             return *wanted;
     return NULL;
+}
+
+static const char *how_many(const struct profile *profile)
+{
+    size_t count = 0;
+    while (profile->exports[count] != NULL)
+        count++;
+    return count == 5 ? "five" : "six";
 }
 
 /* A symbol of the module that was probably meant to be `wanted`. */
@@ -66,8 +74,8 @@ static void export_missing(const struct case_file *file, const char *wanted,
     const struct image_symbol *near = near_miss(file, wanted);
     if (near == NULL) {
         finding_add(findings,
-                    "%s is missing: all six functions must exist, even those that do nothing",
-                    wanted);
+                    "%s is missing: all %s functions must exist, even those that do nothing",
+                    wanted, how_many(file->profile));
         return;
     }
     struct finding *finding;
@@ -101,8 +109,8 @@ void check_export_names(const struct case_file *file, struct findings *findings)
         finding_place(
             finding_add(
                 findings,
-                "%s is exported as well: a module exports the six functions and nothing else",
-                symbol->name),
+                "%s is exported as well: a module exports the %s functions and nothing else",
+                symbol->name, how_many(file->profile)),
             file, symbol->vaddr);
     }
 }

@@ -45,15 +45,36 @@ struct rig {
     struct evidence evidence;
 };
 
-/* The module tests/host_modules/<name>.c, built for the product's generation. `config` may leave
- * product, cycle, seed and plant open: pc4, 500 us, 1, plant_default. */
-static inline struct rig *rig_open(const char *module, const struct host_config *wanted)
-{
-    struct rig *rig = calloc(1, sizeof *rig);
-    struct host_config config = *wanted;
-    char path[512], why[HOST_WHY];
-    const struct machine_config machine = { .seed = 1, .poison = true, .hang_ns = 2000000000 };
+/* A process holds one machine: what a failed test left open is closed by the next. */
+static struct rig *rig_left;
 
+static inline void rig_close(struct rig *rig)
+{
+    rig_left = NULL;
+    if (rig->host)
+        host_close(rig->host);
+    if (rig->machine)
+        machine_unload(rig->machine);
+    if (rig->image)
+        image_close(rig->image);
+    free(rig);
+}
+
+/* The module in a file. `wanted` may leave product, cycle, seed and plant open: pc4, 500 us, 1,
+ * plant_default. */
+static inline struct rig *rig_open_file(const char *path, const struct host_config *wanted)
+{
+    struct rig *rig;
+    struct host_config config = *wanted;
+    char why[HOST_WHY];
+    const struct machine_config machine = { .seed = 1,
+                                            .poison = true,
+                                            .hang_ns = 2000000000,
+                                            .interruptible = wanted->preempt.mode != PREEMPT_NONE };
+
+    if (rig_left)
+        rig_close(rig_left);
+    rig_left = rig = calloc(1, sizeof *rig);
     assert_non_null(rig);
     if (config.product == NULL)
         config.product = product_find("pc4");
@@ -64,8 +85,6 @@ static inline struct rig *rig_open(const char *module, const struct host_config 
     if (config.plant == NULL)
         config.plant = &plant_default;
     rig->catalogue = catalogue_find(config.product->generation, (int)config.product->memory_id);
-    snprintf(path, sizeof path, "%s/%s_%d.tgm", TEST_HOST_MODULES_DIR, module,
-             config.product->generation == 4 ? 4 : (int)config.product->memory_id);
     if (image_open(&rig->image, path, why) != 0)
         fail_msg("%s: %s", path, why);
     if (machine_load(&rig->machine, rig->image, &machine, why) != 0)
@@ -75,12 +94,16 @@ static inline struct rig *rig_open(const char *module, const struct host_config 
     return rig;
 }
 
-static inline void rig_close(struct rig *rig)
+/* The module tests/host_modules/<name>.c, built for the product's generation. */
+static inline struct rig *rig_open(const char *module, const struct host_config *wanted)
 {
-    host_close(rig->host);
-    machine_unload(rig->machine);
-    image_close(rig->image);
-    free(rig);
+    const struct product *product = wanted->product != NULL ? wanted->product : product_find("pc4");
+    char path[512];
+
+    snprintf(path, sizeof path, "%s/%s_%d%s.tgm", TEST_HOST_MODULES_DIR, module,
+             product->generation == 4 ? 4 : (int)product->memory_id,
+             product->text8 ? "_text8" : "");
+    return rig_open_file(path, wanted);
 }
 
 static inline void rig_start(struct rig *rig)

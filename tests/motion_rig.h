@@ -15,7 +15,7 @@ enum { OFF, POSITION, PG, GEAR, PG_GEAR, INTERPOLATOR, USER = 9 };
 enum { WRITE_POSITION = 1, ACTUAL_POSITION, TICK, EXT_POSITION };
 enum { LINEAR = 1, CAM };
 
-static const struct plant nothing = { NULL, 0, 0, 0 };
+static const struct plant nothing = { 0 };
 static const struct host_servo virtuals[SERVOS];
 
 /* The two products, and TG Motion 5.00, which is none but has a layout of its own. */

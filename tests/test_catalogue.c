@@ -12,7 +12,6 @@
 #include <tgm_plc.h>
 
 #include "host/catalogue.h"
-#include "host/schedule.h"
 
 static char why[CATALOGUE_WHY];
 
@@ -249,32 +248,6 @@ static void scalars_are_read_by_type(void **state)
     assert_true(scalar_get(F32, &f32) == 0.5);
 }
 
-/* The tables against the manual's text: slots are equal, each action has its place, Program_05
- * everywhere. */
-static void each_schedule_is_the_manuals(void **state)
-{
-    (void)state;
-    static const struct {
-        uint32_t cycle, step;
-        size_t slots;
-    } wanted[] = { { 250, 50, 5 }, { 500, 100, 5 }, { 1000, 100, 10 } };
-    for (size_t i = 0; i < 3; i++) {
-        const struct schedule *s = schedule_find(wanted[i].cycle);
-        assert_non_null(s);
-        assert_int_equal(s->slot_count, wanted[i].slots);
-        for (size_t k = 0; k < s->slot_count; k++) {
-            assert_int_equal(s->slots[k].at_us, k * wanted[i].step);
-            assert_true(s->slots[k].actions & SLOT_PROGRAM_05);
-            assert_int_equal((s->slots[k].actions & SLOT_RECEIVE) != 0, k == 0);
-            assert_int_equal((s->slots[k].actions & SLOT_SEND) != 0, k == 1);
-            assert_int_equal((s->slots[k].actions & SLOT_PROFILE) != 0, k == 2);
-            assert_int_equal((s->slots[k].actions & SLOT_PROGRAM_04) != 0, k == 3);
-            assert_int_equal((s->slots[k].actions & SLOT_OSCILLOSCOPE) != 0, k == 3);
-        }
-    }
-    assert_null(schedule_find(750));
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -287,7 +260,6 @@ int main(void)
         cmocka_unit_test(every_register_says_its_access_unit_and_meaning),
         cmocka_unit_test(the_register_at_an_offset_is_found_in_every_element),
         cmocka_unit_test(scalars_are_read_by_type),
-        cmocka_unit_test(each_schedule_is_the_manuals),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

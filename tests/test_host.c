@@ -1,8 +1,13 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /* The emulated TG Motion as a module finds it, on every product. */
+#include <errno.h>
+#include <math.h>
+
+#include "host/servo_wire.h"
 #include "tests/host_rig.h"
 
-static const char *const products[] = { "pc4", "pc5" };
+static const char *const products[] = { "pc4",     "pc500",         "pc5",
+                                        "tgmmini", "tgmcontroller", "tgzmotion" };
 
 #define EACH_PRODUCT(p) for (size_t p = 0; p < sizeof products / sizeof *products; p++)
 
@@ -29,6 +34,17 @@ static void header_and_main_say_which_product_it_is(void **state)
         assert_true(rig_get(rig, "MAIN.TGMotion_Version") == product->version);
         assert_true(rig_get(rig, "MAIN.Servo_SetCycleTime") == 500);
         assert_true(rig_get(rig, "MAIN.Number_Servos") == 1);
+        assert_true(rig_get(rig, "HEADER.Mem_Size_Data") == 524288);
+        assert_true(rig_get(rig, "HEADER.Mem_Size_Osc") == product->osc_bytes);
+        assert_true(rig_get(rig, "HEADER.Mem_Size_Servo") == product->max_servo * 2048);
+        assert_true(rig_get(rig, "HEADER.Mem_Size_Dio") == 32768);
+        assert_true(rig_get(rig, "HEADER.Mem_Size_Interpolator") ==
+                    product->max_interpolator * 16384);
+        assert_true(rig_get(rig, "MAIN.Interpolator_SetCycleTime") ==
+                    (product->schedule == SCHEDULE_PC ? 100 : 500));
+        assert_true(rig_get(rig, "MAIN.PLC_SetCycleTime_Prg2") == product->program_period_us[1]);
+        if (product->memory_id == 906)
+            assert_true(rig_get(rig, "HEADER.Product_Id") == product->product_id);
         rig_close(rig);
     }
 }
@@ -103,6 +119,233 @@ static void inputs_arrive_in_the_words_of_the_generation(void **state)
     }
 }
 
+/* Calls of Program_01..05 in so many cycles. */
+static void calls_are(const char *product, uint32_t cycle_us, uint32_t period_02, unsigned cycles,
+                      const uint64_t wanted[5])
+{
+    const struct host_config config = { .product = product_find(product),
+                                        .cycle_us = cycle_us,
+                                        .program_period_us = { 0, period_02, 0 } };
+    struct rig *rig = rig_open("idle", &config);
+
+    rig_start(rig);
+    rig_cycles(rig, cycles);
+    for (int i = 0; i < 5; i++)
+        assert_int_equal(rig->evidence.calls[ENTRY_01 + i].count, wanted[i]);
+    rig_close(rig);
+}
+
+static void controllers_call_the_background_at_ticks(void **state)
+{
+    (void)state;
+    /* 60 ms each: 300 ticks, of which every second is Program_02's, every fourth Program_03's */
+    calls_are("tgmcontroller", 100, 0, 600, (const uint64_t[]){ 300, 150, 75, 600, 600 });
+    calls_are("tgmcontroller", 250, 0, 240, (const uint64_t[]){ 300, 150, 75, 240, 240 });
+    calls_are("tgmcontroller", 3000, 0, 20, (const uint64_t[]){ 300, 150, 75, 20, 20 });
+    calls_are("tgzmotion", 10000, 0, 6, (const uint64_t[]){ 300, 150, 75, 6, 6 });
+    calls_are("tgzmotion", 500, 200, 120, (const uint64_t[]){ 300, 300, 75, 120, 120 });
+    calls_are("tgzmotion", 500, PERIOD_OFF, 120, (const uint64_t[]){ 300, 0, 75, 120, 120 });
+}
+
+static void a_pc_calls_the_background_in_its_slots(void **state)
+{
+    (void)state;
+    calls_are("pc4", 500, 0, 120, (const uint64_t[]){ 6, 12, 60, 120, 600 });
+    calls_are("pc500", 1000, 100, 60, (const uint64_t[]){ 6, 600, 60, 60, 600 });
+    calls_are("tgmmini", 250, 0, 240, (const uint64_t[]){ 6, 12, 60, 240, 1200 });
+}
+
+static void controllers_do_without_program_05_and_read_text_of_8_bits(void **state)
+{
+    static const char *const both[] = { "tgmcontroller", "tgzmotion" };
+    (void)state;
+    for (int i = 0; i < 2; i++) {
+        const struct host_config config = { .product = product_find(both[i]) };
+        struct rig *rig = rig_open("five", &config);
+
+        rig_start(rig);
+        rig_cycles(rig, 10);
+        assert_int_equal(rig->evidence.calls[ENTRY_04].count, 10);
+        assert_int_equal(rig->evidence.calls[ENTRY_05].count, 0);
+        assert_int_equal(rig->evidence.message_count, 1);
+        assert_string_equal(rig->evidence.messages[0].text, "hello, \xC5\x99\x65\xC5\xA5");
+        rig_close(rig);
+    }
+}
+
+static void a_pc_wants_program_05(void **state)
+{
+    const struct machine_config machine = { .seed = 1, .hang_ns = 2000000000 };
+    struct host_config config = { .product = product_find("pc5"),
+                                  .cycle_us = 500,
+                                  .plant = &plant_default };
+    struct rig rig;
+    char why[HOST_WHY];
+    (void)state;
+    assert_int_equal(image_open(&rig.image, TEST_HOST_MODULES_DIR "/five_906.tgm", why), 0);
+    assert_int_equal(machine_load(&rig.machine, rig.image, &machine, why), 0);
+    assert_int_equal(host_open(&rig.host, &config, rig.machine, rig.image, &rig.evidence, why),
+                     -ENOENT);
+    assert_string_equal(why, "the module does not export the function Program_05");
+    machine_unload(rig.machine);
+    image_close(rig.image);
+}
+
+static void memories_have_the_sizes_of_the_configuration(void **state)
+{
+    const struct host_config config = { .product = product_find("tgmmini"),
+                                        .data_bytes = 65536,
+                                        .osc_bytes = 2 * 1048576 };
+    struct rig *rig = rig_open("idle", &config);
+    struct catalogue_register reg;
+    char why[CATALOGUE_WHY];
+    (void)state;
+    assert_true(rig_get(rig, "HEADER.Mem_Size_Data") == 65536);
+    assert_true(rig_get(rig, "HEADER.Mem_Size_Osc") == 2 * 1048576);
+    rig_set(rig, "DATA.F64[65528]", 1.5);
+    assert_true(rig_get(rig, "DATA.F64[65528]") == 1.5);
+    assert_int_equal(catalogue_resolve(rig->catalogue, "DATA.F64[65536]", &reg, why), 0);
+    assert_null(host_register(rig->host, &reg));
+    assert_int_equal(catalogue_resolve(rig->catalogue, "SERVO[63].Position", &reg, why), 0);
+    assert_non_null(host_register(rig->host, &reg));
+    assert_int_equal(catalogue_resolve(rig->catalogue, "SERVO[64].Position", &reg, why), 0);
+    assert_null(host_register(rig->host, &reg));
+    rig_close(rig);
+}
+
+/* Enables a servo, moves it by 100000 increments in 200 cycles, and comes back. */
+static void servo_goes(struct rig *rig, unsigned number)
+{
+    char name[64], set[64];
+    double begin;
+#define REG(member) (snprintf(name, sizeof name, "SERVO[%u]." member, number), name)
+    rig_until(rig, REG("EtherCATState"), 8, 1000);
+    rig_cycles(rig, 10);
+    begin = rig_get(rig, REG("Position"));
+    snprintf(set, sizeof set, "SERVO[%u].WritePosition", number);
+    rig_set(rig, set, begin);
+    rig_set(rig, REG("Mode"), 1);
+    rig_until(rig, REG("Status"), 3, 100);
+    for (unsigned i = 1; i <= 200; i++) {
+        rig_set(rig, set, begin + 500 * i);
+        rig_cycles(rig, 1);
+    }
+    rig_cycles(rig, 400);
+    assert_true(fabs(rig_get(rig, REG("Position")) - begin - 100000) < 50);
+    assert_int_equal(rig_get(rig, REG("Status")), 3);
+    rig_set(rig, REG("Mode"), 0);
+    rig_until(rig, REG("Status"), 2, 100);
+#undef REG
+}
+
+static void every_kind_of_drive_moves(void **state)
+{
+    static const struct {
+        const char *device;
+        uint32_t type; /* of the list of servos; 0: no list */
+        unsigned axes;
+        bool native;
+    } rows[] = {
+        { "drive-cia402", 0, 1, false },  { "drive-cia402x2", 0, 2, false },
+        { "drive-ideal", 9, 1, false },   { "tgz-1", 0, 1, false },
+        { "tgz-2", 0, 2, false },         { "tgz-1-native", 0, 1, true },
+        { "tgz-2-native", 0, 2, true },   { "tgz-1", 9, 1, true },
+        { "tgz-2-native", 99, 2, false }, { "tgz-1-native", 99, 1, false },
+    };
+    (void)state;
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        const struct bus_device device = { .type = rows[i].device };
+        const struct plant plant = { .devices = &device,
+                                     .device_count = 1,
+                                     .servos = rows[i].axes };
+        const struct host_servo servos[] = { { .type = rows[i].type, .node = 1, .axis = 1 },
+                                             { .type = rows[i].type, .node = 1, .axis = 2 } };
+        const struct host_config config = { .product = product_find("pc5"),
+                                            .plant = &plant,
+                                            .servos = rows[i].type != 0 ? servos : NULL,
+                                            .servo_count = rows[i].axes };
+        struct rig *rig = rig_open("idle", &config);
+
+        rig_start(rig);
+        if (strncmp(rows[i].device, "tgz", 3) == 0)
+            assert_true(rig_get(rig, "SERVO[0].ResolutionBits") == 20);
+        for (unsigned axis = 0; axis < rows[i].axes; axis++)
+            servo_goes(rig, axis);
+        /* Bit 5, "initialised", is the native map's; 0x40 is CiA 402's "switch on disabled". */
+        if (rows[i].native)
+            assert_int_equal((int)rig_get(rig, "SERVO[0].StatusWord") & 0x30, 0x30);
+        rig_close(rig);
+    }
+}
+
+static void a_configured_resolution_is_that_of_the_registers(void **state)
+{
+    static const struct {
+        const char *device;
+        uint32_t type, resolution;
+    } rows[] = { { "tgz-1", 9, 65536 }, { "tgz-1", 99, 65536 }, { "drive-cia402", 3, 1000000 } };
+    (void)state;
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        const struct bus_device device = { .type = rows[i].device };
+        const struct plant plant = { .devices = &device, .device_count = 1, .servos = 1 };
+        const struct host_servo servo = {
+            .type = rows[i].type, .node = 1, .axis = 1, .resolution = rows[i].resolution
+        };
+        const struct host_config config = { .plant = &plant, .servos = &servo, .servo_count = 1 };
+        struct rig *rig = rig_open("idle", &config);
+
+        rig_start(rig);
+        assert_true(rig_get(rig, "SERVO[0].Resolution") == rows[i].resolution);
+        assert_true(rig_get(rig, "SERVO[0].Type") == rows[i].type);
+        rig_close(rig);
+    }
+}
+
+static void a_node_is_an_alias_before_it_is_a_place(void **state)
+{
+    const struct bus_device devices[] = { { .type = "dio-8x8" },
+                                          { .type = "drive-cia402" },
+                                          { .type = "drive-ideal", .alias = 2 } };
+    const struct plant plant = { .devices = devices, .device_count = 3, .servos = 2, .dios = 1 };
+    const struct {
+        struct host_servo servo;
+        size_t slave;
+    } rows[] = {
+        { { .type = 9, .node = 1 }, 0 },        { { .type = 9, .node = 2 }, 2 },
+        { { .type = 9, .node = 3 }, 2 },        { { .type = 9, .node = 4 }, NO_SLAVE },
+        { { .type = 9, .node = 0 }, NO_SLAVE }, { { .type = 91, .node = 7 }, 1 },
+        { { .type = 92, .node = 2 }, 1 },
+    };
+    (void)state;
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++)
+        assert_int_equal(wire_slave(&plant, &rows[i].servo), rows[i].slave);
+}
+
+/* A raw position is what the drive sends; the register has it in its own increments. */
+static void native_outputs_inputs_and_faults_are_in_the_servo_group(void **state)
+{
+    const struct bus_device device = { .type = "tgz-1-native" };
+    const struct plant plant = { .devices = &device, .device_count = 1, .servos = 1 };
+    const struct host_config config = {
+        .product = product_find("tgzmotion"),
+        .plant = &plant,
+        .faults = "at 3s drive 1 fault 0x3110\n",
+        .faults_name = "test",
+    };
+    struct rig *rig = rig_open("idle", &config);
+    (void)state;
+    rig_start(rig);
+    servo_goes(rig, 0);
+    rig_until(rig, "SERVO[0].Status", 1, 8000);
+    assert_true(rig_get(rig, "SERVO[0].Error") == 0x80000000u);
+    rig_set(rig, "SERVO[0].Control", 1);
+    rig_until(rig, "SERVO[0].Status", 2, 100);
+    rig_set(rig, "SERVO[0].DigitalOut", 5);
+    rig_cycles(rig, 2);
+    assert_int_equal((uint32_t)rig_get(rig, "SERVO[0].ControlWord") >> 28, 5);
+    rig_close(rig);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -110,6 +353,15 @@ int main(void)
         cmocka_unit_test(ticks_and_timers_count_by_themselves),
         cmocka_unit_test(a_servo_is_enabled_and_goes_where_it_is_told),
         cmocka_unit_test(inputs_arrive_in_the_words_of_the_generation),
+        cmocka_unit_test(controllers_call_the_background_at_ticks),
+        cmocka_unit_test(a_pc_calls_the_background_in_its_slots),
+        cmocka_unit_test(controllers_do_without_program_05_and_read_text_of_8_bits),
+        cmocka_unit_test(a_pc_wants_program_05),
+        cmocka_unit_test(memories_have_the_sizes_of_the_configuration),
+        cmocka_unit_test(every_kind_of_drive_moves),
+        cmocka_unit_test(a_configured_resolution_is_that_of_the_registers),
+        cmocka_unit_test(a_node_is_an_alias_before_it_is_a_place),
+        cmocka_unit_test(native_outputs_inputs_and_faults_are_in_the_servo_group),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -15,6 +15,7 @@ build libcapstone-dev disassembles modules: how much stack they take
 build libseccomp-dev confines the reading of debug information and code
 build libsodium-dev  SHA-256 of modules
 build libjansson-dev JSON reports
+build libinih-dev    reads the configuration files of TG Motion
 build libxml2-dev   device descriptions (ESI)
 build python3        generates layouts and fetches SOEM
 build python3-pip    fetches SOEM's source archive by name
@@ -36,6 +37,7 @@ test  gcc-arm-none-eabi modules for TGMcontroller and TGZ+Motion
 test  valgrind       memory checks
 test  libmpfr-dev    the reference for the SDK's mathematics
 test  gdb            make debug
+test  gnuplot-nox    pictures of recordings (tgm run --plot)
 test  tshark         dissects captures
 test  iproute2       virtual cables between the simulated bus and other masters
 test  python3-venv   pysoem, one of those masters

@@ -8,6 +8,7 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "bus/busfile.h"
 #include "bus/faults.h"
 #include "bus/live.h"
 #include "bus/rack.h"
@@ -297,6 +298,12 @@ static int read_devices(const struct command *command, const char *const *words,
     return 0;
 }
 
+static bool is_bus_file(const char *const *words, int count)
+{
+    const size_t length = count == 1 ? strlen(words[0]) : 0;
+    return length > 4 && strcmp(words[0] + length - 4, ".bus") == 0;
+}
+
 static int read_timing(const struct command *command, const char *word, enum live_timing *timing)
 {
     *timing = strcmp(word, "real") == 0 ? LIVE_REAL : LIVE_AT_ONCE;
@@ -334,12 +341,26 @@ int command_bus(const struct command *command, int argc, char **argv)
     show.command = command;
     if (!options_read(command, table, argc, argv, words, BUS_MAX_SLAVES, &count, &status))
         return status;
-    if ((status = read_devices(command, words, count, devices)) != 0 ||
-        (status = read_timing(command, timing, &live.timing)) != 0)
+    struct busfile *file = NULL;
+    if (is_bus_file(words, count)) {
+        char what[LIBRARY_WHY];
+        if (busfile_read(&file, words[0], what) != 0)
+            return complain(command, "%s", what);
+        config.devices = file->devices;
+        config.library = file->library;
+        config.device_count = file->device_count;
+        if (file->redundant)
+            return complain(command, "%s closes a ring: tgm bus has one end only", words[0]);
+    } else {
+        status = read_devices(command, words, count, devices);
+        config.device_count = (size_t)count;
+        if (status != 0)
+            return status;
+    }
+    if ((status = read_timing(command, timing, &live.timing)) != 0)
         return status;
     if (live.interface == NULL)
         return complain(command, "which interface? usage: tgm bus %s", command->usage);
-    config.device_count = (size_t)count;
     if (rack_open(&show.rack, &config, why) != 0)
         return complain(command, "%s", why);
     status = faults != NULL ? open_faults(&show, faults, config.seed) : 0;
@@ -349,5 +370,6 @@ int command_bus(const struct command *command, int argc, char **argv)
     capture_close(&show.capture);
     live_close(show.live);
     rack_close(&show.rack);
+    busfile_close(file);
     return status;
 }

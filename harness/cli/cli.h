@@ -88,8 +88,10 @@ int command_bus(const struct command *command, int argc, char **argv);
 int command_inspect(const struct command *command, int argc, char **argv);
 int command_rules(const struct command *command, int argc, char **argv);
 int command_new(const struct command *command, int argc, char **argv);
+int command_plot(const struct command *command, int argc, char **argv);
 int command_registers(const struct command *command, int argc, char **argv);
 int command_device(const struct command *command, int argc, char **argv);
+int command_config(const struct command *command, int argc, char **argv);
 int command_explain(const struct command *command, int argc, char **argv);
 
 #endif

@@ -12,13 +12,15 @@ static const struct command commands[] = {
       command_check },
     { "run", "MODULE.tgm [options]",
       "Runs a module on the simulated machine and shows what its axes do.", command_run },
-    { "bus", "--interface NAME DEVICE...",
+    { "plot", "FILE.csv --to FILE.png|svg", "A recording as a picture.", command_plot },
+    { "bus", "--interface NAME FILE.bus | DEVICE...",
       "The simulated bus on a network interface, for any EtherCAT master.", command_bus },
     { "new", "NAME [options]", "Makes a project from a template, in a new folder.", command_new },
     { "inspect", "MODULE.tgm [--json FILE]",
       "Says what is inside a module file; runs nothing of it.", command_inspect },
-    { "registers", "[PATTERN]", "Lists registers by name, memory or offset.",
-      command_registers },
+    { "config", "FILE.ini [options]",
+      "Checks a configuration file of TG Motion and says what it means.", command_config },
+    { "registers", "[PATTERN]", "Lists registers by name, memory or offset.", command_registers },
     { "device", "[FILE...] [--convert SOURCE]",
       "Lists device types of the bus; checks device files and ESI.", command_device },
     { "rules", "", "Lists the rules.", command_rules },
@@ -46,10 +48,11 @@ static int unknown_command(const char *word)
     const char *close = nearest(word, names, COMMAND_COUNT);
     if (close != NULL)
         return complain(NULL, "unknown command '%s' (did you mean %s?)", word, close);
-    return complain(NULL,
-                    "unknown command '%s'; allowed: check run bus inspect new registers device rules "
-                    "explain help version",
-                    word);
+    return complain(
+        NULL,
+        "unknown command '%s'; allowed: check run bus inspect new config registers device "
+        "rules explain help version",
+        word);
 }
 
 /* A closed standard stream must not become the next file that is opened. */

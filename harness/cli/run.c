@@ -8,9 +8,16 @@
 #include <unistd.h>
 
 #include "cli/capture.h"
+#include "bus/busfile.h"
 #include "cli/cli.h"
+#include "cli/eeprom.h"
+#include "cli/configuration.h"
+#include "cli/clock.h"
+#include "cli/plot.h"
+#include "cli/scope.h"
 #include "conformance/profile.h"
 #include "conformance/rules.h"
+#include "host/can.h"
 
 #define RECORD_MAX 64
 #define RUN_WHY    1024
@@ -24,8 +31,13 @@ struct run {
     struct recording recording;
     struct output csv;
     const char *csv_path;
+    const char *plot_path;
+    char plot_csv[32]; /* recorded here when only a picture is wanted, "" otherwise */
+    struct host_osc osc;
+    struct plant plant; /* with --bus */
     struct capture capture;
     const char *pcap_path;
+    struct eeprom_file eeprom;
     FILE *screen; /* standard error when recording or capture go to standard output */
     bool terminal;
     bool in_process;
@@ -47,10 +59,10 @@ static void show_message(const struct run *run, const struct evidence_message *m
 {
     if (message->cycle == EVIDENCE_NO_CYCLE)
         fprintf(run->screen, "%s  before the cycles  %-11s  %s\n", run->terminal ? "\r\033[K" : "",
-                entry_name(message->entry), message->text);
+                evidence_speaker(message), message->text);
     else
         fprintf(run->screen, "%s  cycle %-11" PRIu64 "  %-11s  %s\n",
-                run->terminal ? "\r\033[K" : "", message->cycle, entry_name(message->entry),
+                run->terminal ? "\r\033[K" : "", message->cycle, evidence_speaker(message),
                 message->text);
 }
 
@@ -150,12 +162,17 @@ static void progress(void *argument, const struct evidence *evidence, const doub
     show_status(run, evidence);
 }
 
+static const struct catalogue *catalogue_of(const struct run *run)
+{
+    const struct product *product = run->experiment.host.product;
+    return catalogue_find(product->generation, (int)product->memory_id);
+}
+
 /* "SERVO[0].Position,SERVO[0].WritePosition" */
 static int read_registers(struct run *run, const char *list)
 {
     const struct product *product = run->experiment.host.product;
-    const struct catalogue *catalogue =
-        catalogue_find(product->generation, (int)product->memory_id);
+    const struct catalogue *catalogue = catalogue_of(run);
     char why[CATALOGUE_WHY];
     if (catalogue == NULL)
         return complain(run->command, "--record: no register names for %s", product->title);
@@ -174,6 +191,9 @@ static int read_registers(struct run *run, const char *list)
         name[length] = '\0';
         if (catalogue_resolve(catalogue, name, &run->registers[run->recording.count], why) != 0)
             return complain(run->command, "--record: %s", why);
+        if (!host_has_register(&run->experiment.host, &run->registers[run->recording.count]))
+            return complain(run->command, "--record: %s is past the end of %s on %s", name,
+                            run->registers[run->recording.count].memory->name, product->title);
         run->recording.count++;
         list += length + (list[length] == ',');
     }
@@ -221,6 +241,8 @@ static int conclude(struct run *run, const struct experiment_result *result, con
         fputc('\n', run->screen);
     for (unsigned i = 0; i < evidence->incident_count; i++)
         status = tell_incident(run, &evidence->incidents[i], name);
+    interrupts_tell(run->screen, evidence, run->image);
+    clock_tell(run->screen, &evidence->clock);
     if (evidence->trouble[0] != '\0')
         return complain(run->command, "%s", evidence->trouble);
     if (result->worker.end == WORKER_TIMEOUT || result->worker.end == WORKER_KILLED ||
@@ -237,6 +259,15 @@ static int conclude(struct run *run, const struct experiment_result *result, con
     return status;
 }
 
+static int draw_plot(const struct run *run, const char *module)
+{
+    char title[FINDING_TEXT];
+    const struct product *product = run->experiment.host.product;
+    snprintf(title, sizeof title, "%s on %s, Cycle_Time %u us", module, product->title,
+             run->experiment.host.cycle_us);
+    return plot_draw(run->command, run->csv_path, run->plot_path, title, catalogue_of(run));
+}
+
 static int play(struct run *run, const char *path)
 {
     struct experiment_result result;
@@ -248,20 +279,33 @@ static int play(struct run *run, const char *path)
         memset(&result, 0, sizeof result);
         experiment_run_here(&run->experiment, run->image, &result.evidence);
     } else {
+        struct shm shm = { .count = 0 };
+        char why[SHM_WHY];
+        if (run->experiment.host.shm != NULL && shm_make(&shm, &run->experiment.host, why) != 0)
+            return complain(run->command, "%s", why);
+        stop_catch(&run->experiment, &shm);
         r = experiment_run(&run->experiment, run->image, recording ? &run->recording : NULL,
                            progress, run, &result);
+        shm_remove(&shm);
+        stop_restore();
         if (r != 0)
             return complain(run->command, "no worker process: %s", strerror(-r));
     }
     int status = conclude(run, &result, slash != NULL ? slash + 1 : path);
+    if (eeprom_write(run->command, &run->eeprom, &result.evidence) != 0)
+        status = EXIT_CALL;
     r = capture_close(&run->capture);
     if (r != 0 && r != -EBADMSG) /* that one is the worker's, and told */
         status = complain(run->command, "cannot write '%s': %s", run->pcap_path, strerror(-r));
     if (run->csv.stream != NULL) {
-        r = output_close(&run->csv, true);
+        r = output_close(&run->csv, status != EXIT_CALL); /* a call in vain replaces nothing */
         if (r != 0 || run->csv_error != 0)
             status = complain(run->command, "cannot write '%s': %s", run->csv_path,
                               r != 0 ? strerror(-r) : "write error");
+        else if (run->plot_path != NULL && status != EXIT_CALL)
+            r = draw_plot(run, slash != NULL ? slash + 1 : path);
+        if (run->plot_path != NULL && r != 0)
+            status = EXIT_CALL;
     }
     return status;
 }
@@ -283,6 +327,36 @@ static int open_module(struct run *run, const struct profile *profile, const cha
     return EXIT_MODULE;
 }
 
+/* Stays until the end of the run: devices, library and stimuli are in it. */
+static int read_bus(struct run *run, const char *path)
+{
+    static struct busfile *file;
+    char why[LIBRARY_WHY];
+    if (busfile_read(&file, path, why) != 0)
+        return complain(run->command, "%s", why);
+    run->plant = (struct plant){ .devices = file->devices,
+                                 .device_count = file->device_count,
+                                 .library = file->library,
+                                 .redundant = file->redundant,
+                                 .as_found = true };
+    return 0;
+}
+
+static int read_can(struct run *run, const char *path, char **script)
+{
+    static struct can can;
+    char why[CAN_WHY];
+    if (path == NULL)
+        return 0;
+    if ((*script = read_text(run->command, "CAN script", path)) == NULL)
+        return EXIT_CALL;
+    if (can_open(&can, *script, path, 1, why) != 0)
+        return complain(run->command, "%s", why);
+    run->experiment.host.can = *script;
+    run->experiment.host.can_name = path;
+    return 0;
+}
+
 static int refuse_self(const struct run *run, const char *option, const char *file,
                        const char *module)
 {
@@ -291,13 +365,31 @@ static int refuse_self(const struct run *run, const char *option, const char *fi
                : 0;
 }
 
+/* A picture alone: the recording lies in a file of its own until it is drawn. */
+static int make_plot_csv(struct run *run)
+{
+    snprintf(run->plot_csv, sizeof run->plot_csv, "/tmp/tgm-plot-XXXXXX");
+    const int fd = mkstemp(run->plot_csv);
+    if (fd < 0) {
+        run->plot_csv[0] = '\0';
+        return complain(run->command, "cannot make a temporary file: %s", strerror(errno));
+    }
+    close(fd);
+    run->csv_path = run->plot_csv;
+    return 0;
+}
+
 static int open_files(struct run *run, const char *module, const char *record)
 {
     int status = refuse_self(run, "--csv", run->csv_path, module);
     if (status == 0)
         status = refuse_self(run, "--pcap", run->pcap_path, module);
+    if (status == 0)
+        status = refuse_self(run, "--eeprom", run->eeprom.path, module);
     if (status != 0)
         return status;
+    if (run->plot_path != NULL && run->csv_path == NULL && make_plot_csv(run) != 0)
+        return EXIT_CALL;
     const char *path = run->csv_path;
     int r = path != NULL ? output_open(&run->csv, path) : 0;
     if (r == 0 && path != NULL)
@@ -321,6 +413,8 @@ static int start(struct run *run, const struct profile *profile, const char *pat
     if (status == 0)
         status = play(run, path);
     output_close(&run->csv, false);
+    if (run->plot_csv[0] != '\0')
+        unlink(run->plot_csv);
     capture_close(&run->capture);
     if (image != NULL)
         image_close(image);
@@ -335,26 +429,63 @@ static bool is_stdout(const char *path)
 int command_run(const struct command *command, int argc, char **argv)
 {
     static struct run run;
-    const char *profile_name = "pc4", *record = NULL, *module = NULL, *faults = NULL;
-    char *script = NULL;
+    const char *profile_name = "pc4", *record = NULL, *bus = NULL, *module = NULL, *faults = NULL;
+    const char *osc = NULL, *osc_trigger = NULL, *config = NULL;
+    static struct configuration configuration;
+    uint64_t osc_every = 1, osc_before = 0;
+    const char *can = NULL;
+    char *script = NULL, *can_script = NULL;
+    const char *preempt = NULL, *clock = "virtual", *prefix = NULL;
+    bool shm = false;
     uint64_t duration = UINT64_C(2000000000), cycle_us = 0, seed = DEFAULT_SEED;
     const struct option table[] = {
         { "--for", OPTION_DURATION, "TIME", "simulated time, as in 2s or 500ms (default 2s)",
           &duration, 0, 0 },
-        { "--cycle", OPTION_NUMBER, "US", "Cycle_Time in microseconds: 250, 500 (default) or 1000",
-          &cycle_us, 0, 0 },
+        { "--cycle", OPTION_NUMBER, "US", "Cycle_Time in microseconds (default 500)", &cycle_us, 0,
+          0 },
         { "--record", OPTION_TEXT, "NAMES",
           "registers to record, as in 'SERVO[0].Position,DIO[0].In0'", &record, 0, 0 },
         { "--csv", OPTION_TEXT, "FILE", "where the recording goes, - for standard output",
           &run.csv_path, 0, 0 },
+        { "--plot", OPTION_TEXT, "FILE",
+          "draw the recording: .png or .svg; without --record: where SERVO[0] goes", &run.plot_path,
+          0, 0 },
+        { "--osc", OPTION_TEXT, "NAMES", "record with TG Motion's oscilloscope instead", &osc, 0,
+          0 },
+        { "--osc-every", OPTION_NUMBER, "N", "cycles from sample to sample (default 1)", &osc_every,
+          1, UINT32_MAX },
+        { "--osc-trigger", OPTION_TEXT, "WHEN", "start at an edge, as in 'DIO[0].In0 rising 0.5'",
+          &osc_trigger, 0, 0 },
+        { "--osc-pretrigger", OPTION_NUMBER, "N", "samples from before the trigger (pc5)",
+          &osc_before, 0, 0xffffff },
         { "--pcap", OPTION_TEXT, "FILE", "capture of the bus for Wireshark, - for standard output",
           &run.pcap_path, 0, 0 },
         { "--seed", OPTION_NUMBER, "N", "seed of places, poison and machine (default 0x1d2f)",
           &seed, 0, 0 },
+        { "--bus", OPTION_TEXT, "FILE",
+          "what stands on the bus (docs/bus-files.md); default: one drive, one 8/8 terminal", &bus,
+          0, 0 },
         { "--faults", OPTION_TEXT, "FILE", "what goes wrong on the bus, and when (docs/faults.md)",
           &faults, 0, 0 },
+        { "--eeprom", OPTION_TEXT, "FILE", "what is stored in the EEPROM; written anew when saved",
+          &run.eeprom.path, 0, 0 },
+        { "--can", OPTION_TEXT, "FILE", "what stands on the CAN bus (docs/can.md)", &can, 0, 0 },
+        { "--preempt", OPTION_TEXT, "HOW",
+          "interrupt Program_01 to 03 by what is above them: seeded, or at=N for instruction N",
+          &preempt, 0, 0 },
+        { "--reload-at", OPTION_DURATION, "TIME", "run the PLC again (Run sequence) at that time",
+          &run.experiment.reload_ns, 0, 0 },
+        { "--clock", OPTION_TEXT, "WHICH", "virtual (default), or real: the wall clock", &clock, 0,
+          0 },
+        { "--shm", OPTION_FLAG, NULL,
+          "memories as POSIX shared memory: /TGM_System, /TGM_Servo ... (docs/running.md)", &shm, 0,
+          0 },
+        { "--shm-prefix", OPTION_TEXT, "TEXT", "the same with TEXT in front of the names", &prefix,
+          0, 0 },
         { "--in-process", OPTION_FLAG, NULL,
           "no worker and no sandbox, for a debugger (make debug)", &run.in_process, 0, 0 },
+        { "--config", OPTION_TEXT, "FILE",
+          "configuration of TG Motion (docs/configuration.md); other options win", &config, 0, 0 },
         { "--profile", OPTION_TEXT, "NAME", "which TG Motion to be: pc4 (default)", &profile_name,
           0, 0 },
         { 0 },
@@ -369,29 +500,81 @@ int command_run(const struct command *command, int argc, char **argv)
     if (profile == NULL)
         return EXIT_CALL;
     const struct product *product = product_find(profile->product);
+    struct host_config *host = &run.experiment.host;
+    host->plant = &plant_default;
+    if (config != NULL &&
+        (status = configuration_open(&configuration, command, config, product, host)) != 0)
+        return status;
     if (cycle_us == 0)
-        cycle_us = product->default_cycle_us;
-    if (cycle_us > UINT32_MAX || !product_allows_cycle(product, (uint32_t)cycle_us))
-        return complain(command, "--cycle must be 250, 500 or 1000, not %" PRIu64, cycle_us);
-    if ((record == NULL) != (run.csv_path == NULL))
-        return complain(command, "--record and --csv go together: which registers, and where to");
+        cycle_us = host->cycle_us != 0 ? host->cycle_us : product->default_cycle_us;
+    if (cycle_us > UINT32_MAX || !product_allows_cycle(product, (uint32_t)cycle_us)) {
+        char allowed[128];
+        product_cycles_text(product, allowed, sizeof allowed);
+        return complain(command, "--cycle must be %s, not %" PRIu64, allowed, cycle_us);
+    }
+    if (osc != NULL && record != NULL)
+        return complain(command, "--osc and --record exclude each other");
+    if (osc == NULL && (osc_trigger != NULL || osc_before != 0))
+        return complain(command, "--osc-trigger and --osc-pretrigger belong to --osc");
+    if (osc != NULL)
+        record = osc;
+    if (record == NULL && run.plot_path != NULL && run.csv_path == NULL)
+        record = "SERVO[0].WritePosition,SERVO[0].Position,SERVO[0].Speed";
+    if ((record == NULL) != (run.csv_path == NULL && run.plot_path == NULL))
+        return complain(command,
+                        "%s and --csv or --plot go together: which registers, and where to",
+                        osc != NULL ? "--osc" : "--record");
+    if (run.plot_path != NULL && is_stdout(run.csv_path))
+        return complain(command, "--plot needs the recording in a file, not on standard output");
+    if (run.plot_path != NULL && (status = plot_possible(command, run.plot_path)) != 0)
+        return status;
     if (is_stdout(run.csv_path) && is_stdout(run.pcap_path))
         return complain(command, "--csv and --pcap cannot both go to standard output");
     if (run.in_process && record != NULL)
         return complain(command, "--in-process does not record");
+    if (clock_read(command, clock, &run.experiment) != 0 ||
+        (preempt != NULL && preempt_read(command, preempt, &run.experiment) != 0) ||
+        (prefix != NULL && shm_prefix_check(command, prefix) != 0))
+        return EXIT_CALL;
+    if (run.in_process && (run.experiment.real_clock || shm || prefix != NULL))
+        return complain(command, "--in-process has no --clock real and no --shm");
+    if (run.experiment.real_clock && preempt != NULL)
+        return complain(command, "--preempt is for the virtual clock: the real one interrupts");
+    run.experiment.host.shm = prefix != NULL ? prefix : shm ? "" : NULL;
+    run.experiment.host.resettable = true;
     run.experiment.host.product = product;
     if (record != NULL && (status = read_registers(&run, record)) != 0)
         return status;
+    if (osc != NULL) {
+        run.osc = (struct host_osc){ .channels = run.registers,
+                                     .count = run.recording.count,
+                                     .every = (uint32_t)osc_every,
+                                     .pretrigger = (uint32_t)osc_before };
+        run.recording.osc = &run.osc;
+        if (osc_trigger != NULL &&
+            (status = scope_read_trigger(command, catalogue_of(&run), osc_trigger, &run.osc)) != 0)
+            return status;
+    }
+    if ((status = eeprom_read(command, &run.eeprom, &run.experiment.host)) != 0 ||
+        (status = read_can(&run, can, &can_script)) != 0)
+        return status;
     if (faults != NULL && (script = read_text(command, "fault script", faults)) == NULL)
         return EXIT_CALL;
-    run.experiment.host.faults = script;
-    run.experiment.host.faults_name = faults;
+    if (faults != NULL) {
+        host->faults = script;
+        host->faults_name = faults;
+    }
     run.experiment.name = "run";
     run.experiment.host.cycle_us = (uint32_t)cycle_us;
     run.experiment.host.seed = seed;
-    run.experiment.host.plant = &plant_default;
+    if (bus != NULL && (status = read_bus(&run, bus)) != 0)
+        return status;
+    if (bus != NULL)
+        host->plant = &run.plant;
     run.experiment.cycles = (duration + cycle_us * 1000 - 1) / (cycle_us * 1000);
     status = start(&run, profile, module, record);
     free(script);
+    free(can_script);
+    configuration_close(&configuration);
     return status;
 }

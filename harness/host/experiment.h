@@ -13,6 +13,8 @@
 #ifndef HARNESS_HOST_EXPERIMENT_H
 #define HARNESS_HOST_EXPERIMENT_H
 
+#include <signal.h>
+
 #include "host/host.h"
 #include "machine/worker.h"
 
@@ -20,7 +22,12 @@ struct experiment {
     const char *name;        /* "cycle-500": stable, for reports and reproduction */
     struct host_config host; /* product, Cycle_Time, mutation, seed ... */
     uint64_t cycles;         /* 0: only Program_Ini is called */
-    uint64_t wall_ns;        /* limit on the worker; 0 = 10 s + 2 ms a cycle */
+    uint64_t wall_ns;        /* limit on the worker; 0 = 10 s, and 2 ms or two Cycle_Times a cycle */
+    uint64_t reload_ns;      /* simulated time at which the PLC is run again (host_run); 0: never */
+    bool real_clock;         /* slots come when they are due by the wall clock (realtime.h) */
+    /* Ends the run with the cycle when it becomes true; NULL: nothing does. Needs a progress
+     * function. */
+    const volatile sig_atomic_t *stop;
 };
 
 /* What became of an experiment. */
@@ -29,11 +36,14 @@ struct experiment_result {
     struct worker_result worker;
 };
 
-/* Values of registers as they were right after Program_04, once a cycle (every `every` cycles). */
+/* Values of registers as they were right after Program_04, once a cycle (every `every` cycles).
+ * With `osc` it is TG Motion's own oscilloscope that records, and its memory is read at the end;
+ * the registers are then its channels. */
 struct recording {
     const struct catalogue_register *registers;
     size_t count;
     unsigned every;
+    const struct host_osc *osc;
 };
 
 /* Called in the parent: evidence while the worker runs (a snapshot that may be mid-change), and

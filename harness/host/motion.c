@@ -139,7 +139,7 @@ static void linear_calculate(const struct host *host, struct axis *axis)
 
 static size_t memory_bytes(const struct host *host, int memory)
 {
-    return catalogue_memory(host->catalogue, (size_t)memory)->size;
+    return host->memory_bytes[memory];
 }
 
 static void external_cam(const struct host *host, const GEAR *gear, struct cam cam, uint32_t line,

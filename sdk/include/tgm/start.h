@@ -11,6 +11,9 @@
  * A module is compiled against one layout of the shared memories and has no other protection against a TG
  * Motion that has another one. (manual: "Program_Ini", source code sample)
  *
+ * The sample then stores the PLC's own version in TGM_Data. Where a screen looks for it is the module's choice, so
+ * this one line is left to it: plc.status->version = SHUTTLE_VERSION in the templates.
+ *
  * Context: Program_Ini. Nothing is kept: the functions may be called again.
  */
 #ifndef TGM_START_H
