@@ -14,14 +14,16 @@ int path_open(struct interp_path *path, const struct command *command, const cha
         return EXIT_CALL;
     const size_t length = strlen(text), capacity = interp_file_parts(text, length);
     interp_path_init(path, calloc(capacity, sizeof *path->parts), capacity);
-    int status = 0;
-    if (path->parts == NULL || interp_file_read(path, text, length, file, why) != 0)
-        status = complain(command, "%s", why);
+    const bool good = path->parts != NULL && interp_file_read(path, text, length, file, why) == 0;
     free(text);
-    return status;
+    if (good)
+        return 0;
+    path_close(path);
+    return complain(command, "%s", why);
 }
 
 void path_close(struct interp_path *path)
 {
     free(path->parts);
+    path->parts = NULL;
 }

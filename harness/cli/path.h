@@ -6,9 +6,9 @@
 #include "cli/cli.h"
 #include "host/interp_path.h"
 
-/* 0 and the path, or the exit status after a complaint. `path->parts` is allocated; path_close()
- * frees it, also after a failure. */
+/* 0 and a path to be closed, or the exit status after a complaint. */
 int path_open(struct interp_path *path, const struct command *command, const char *file);
+/* Also of a path that is all zeros. */
 void path_close(struct interp_path *path);
 
 #endif
