@@ -119,7 +119,8 @@ CLI_SRC := main.c options.c output.c check.c run.c inspect.c inspect_text.c insp
     configuration.c \
     capture.c bus.c plot.c scope.c \
     device.c \
-    eeprom.c
+    eeprom.c \
+    path.c
 CONFORMANCE_SRC := profile.c rules.c findings.c incidents.c rules_file.c rules_start.c rules_cycle.c check.c
 SOEM_SRC := ethercatbase.c ethercatcoe.c ethercatconfig.c ethercatdc.c ethercatmain.c ethercatprint.c ethercatsoe.c
 
@@ -180,7 +181,8 @@ FUZZERS := fuzz_image fuzz_text \
     fuzz_code \
     fuzz_device \
     fuzz_config \
-    fuzz_text16
+    fuzz_text16 \
+    fuzz_path
 .PHONY: fuzz
 fuzz: $(addprefix $(BUILD)/fuzz/,$(FUZZERS)) ## fuzz the readers of module files and fault scripts, the SDK's text and the bus segment for FUZZ_SECONDS each (default 300)
 	$(Q)for fuzzer in $(FUZZERS); do mkdir -p $(BUILD)/fuzz/corpus-$$fuzzer; \
@@ -307,6 +309,12 @@ $(BUILD)/fuzz/fuzz_text16: tests/fuzz_text16.c harness/host/text16.c | $(BUILD)/
 	@mkdir -p $(@D)
 	@echo "  FUZZ   $@"
 	$(Q)$(FUZZ_CC) -o $@ $(filter %.c,$^) -lm
+
+# The arithmetic of an interpolator and the text it reads.
+$(BUILD)/fuzz/fuzz_path: tests/fuzz_path.c $(addprefix harness/host/,interp_file.c interp_path.c interp_run.c interp_filter.c angle.c profile_shape.c) | $(BUILD)/.deps-test
+	@mkdir -p $(@D)
+	@echo "  FUZZ   $@"
+	$(Q)$(FUZZ_CC) -ffp-contract=off -o $@ $(filter %.c,$^) -lm
 
 # The simulated bus alone, without the SOEM client.
 $(BUILD)/fuzz/fuzz_faults: tests/fuzz_faults.c $(addprefix harness/bus/,$(filter-out client% port/% view.c live% rack.c fiber.c,$(BUS_SRC))) harness/bus/terminals.S | $(BUILD)/.deps-test

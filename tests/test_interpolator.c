@@ -134,7 +134,7 @@ static void registers_after_the_run_sequence(void **state)
                                             .plant = &nothing,
                                             .servos = virtuals,
                                             .interpolators = 2,
-                                            .interpolator_buffer = { 1, 1000000 } };
+                                            .interpolator_items = { 1, 1000000 } };
         struct rig *rig = rig_open("idle", &config);
 
         assert_true(rig_get(rig, "MAIN.Number_Interpolators") == 2);
