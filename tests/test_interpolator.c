@@ -209,7 +209,7 @@ static void a_path_runs_as_it_is_calculated(void **state)
                         (run.position[0] - last) / (cycles[c].slot_us * 1e-6));
             assert_true(of(rig, "Act_Speed") == run.speed * 60);
             assert_true(of(rig, "Move_Distance") == run.passed + run.way);
-            assert_true(phase(rig) == run.phase);
+            assert_true(phase(rig) == (int)run.phase);
             if (run.state != INTERP_RUNNING)
                 continue;
             assert_true(of(rig, "Status") == 1 && doing(rig) == 1);
