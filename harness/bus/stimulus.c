@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 #include "bus/stimulus.h"
+#include "bus/spread.h"
 
 #define ONE  ((int64_t)1 << 31) /* amplitude 1 of a signal */
 #define TURN ((int64_t)1 << 32) /* one period */
@@ -38,15 +39,13 @@ static int64_t sine(int64_t place)
     return clamp(sum * x >> 31, ONE);
 }
 
-/* splitmix64 of seed, channel and period: every period another number, and no state to keep. */
+/* Of seed, channel and period: every period another number, and no state to keep. */
 static int64_t noise(const struct bus_stimulus *s, uint64_t seed, uint64_t now_ns)
 {
-    uint64_t z = seed + 0x9e3779b97f4a7c15u * ((now_ns - s->phase_ns) / s->period_ns + 1) +
-                 0xd1b54a32d192ed03u * (s->bit + 1);
+    uint64_t place = seed + SPREAD_STEP * ((now_ns - s->phase_ns) / s->period_ns + 1) +
+                     0xd1b54a32d192ed03u * (s->bit + 1);
 
-    z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9u;
-    z = (z ^ z >> 27) * 0x94d049bb133111ebu;
-    return (int64_t)((z ^ z >> 31) >> 32) - ONE;
+    return (int64_t)(spread(place) >> 32) - ONE;
 }
 
 static int64_t wave(const struct bus_stimulus *s, uint64_t seed, uint64_t now_ns)

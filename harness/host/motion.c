@@ -137,11 +137,6 @@ static void linear_calculate(const struct host *host, struct axis *axis)
         take_part(m, gear->Position + gear->Offset);
 }
 
-static size_t memory_bytes(const struct host *host, int memory)
-{
-    return host->memory_bytes[memory];
-}
-
 static void external_cam(const struct host *host, const GEAR *gear, struct cam cam, uint32_t line,
                          uint32_t address)
 {
@@ -149,7 +144,7 @@ static void external_cam(const struct host *host, const GEAR *gear, struct cam c
     cam.line = line;
     cam.increment = 0;
     if (cam_value(&cam, gear->Position, 0, &value))
-        cam_output(host->memory[SHARED_MEMORY_DATA], memory_bytes(host, SHARED_MEMORY_DATA),
+        cam_output(host->memory[SHARED_MEMORY_DATA], host->memory_bytes[SHARED_MEMORY_DATA],
                    address, value);
 }
 
@@ -161,7 +156,7 @@ static void cam_calculate(const struct host *host, struct axis *axis)
         gear->CamTab == GEAR_CAMTAB_DATA_MEMORY ? SHARED_MEMORY_DATA : SHARED_MEMORY_CAM_PROFILE;
     const struct cam cam = {
         .memory = host->memory[memory],
-        .size = memory_bytes(host, memory),
+        .size = host->memory_bytes[memory],
         .line = (uint32_t)gear->CamLine,
         .length = (uint32_t)gear->CamLen,
         .increment = gear->CamType == GEAR_CAMTYPE_FORWARD ? gear->CamIncPosition : 0,

@@ -5,6 +5,7 @@
  * On the virtual clock at an instruction: a call takes as long as the slots that go by at that
  * place. On the real clock when the next slot is due. Program_04 and Program_05 run to completion.
  */
+#include "bus/spread.h"
 #include "host/host_parts.h"
 
 #include <string.h>
@@ -17,13 +18,9 @@ static bool is_background(enum entry entry)
     return entry == ENTRY_01 || entry == ENTRY_02 || entry == ENTRY_03;
 }
 
-/* splitmix64 of seed and count. */
 static uint64_t draw(struct host *host, uint64_t below)
 {
-    uint64_t x = host->config.seed + ++host->preempt.drawn * UINT64_C(0x9e3779b97f4a7c15);
-    x = (x ^ x >> 30) * UINT64_C(0xbf58476d1ce4e5b9);
-    x = (x ^ x >> 27) * UINT64_C(0x94d049bb133111eb);
-    return (x ^ x >> 31) % below;
+    return spread(host->config.seed + ++host->preempt.drawn * SPREAD_STEP) % below;
 }
 
 /* How many slots it is to the end of the next one in which Program_04 is called. */
