@@ -20,7 +20,7 @@ ALL_CFLAGS = -std=gnu11 $(OPT) -ffp-contract=off $(WARN) $(INCLUDE) -MMD -MP $(C
 XML     := -isystem /usr/include/libxml2
 BUS_CFLAGS = -DEC_VER2 -Iharness/bus/port -isystem third_party/soem/soem -isystem third_party/soem/osal $(XML)
 SOEM_CFLAGS = -std=gnu11 -O2 -g -w -DEC_VER2 -Iharness -Iharness/bus/port -Ithird_party/soem/soem -Ithird_party/soem/osal $(CFLAGS)
-LIBS    := -lelf -ldw -lcapstone -lsodium -lseccomp -ljansson -lxml2 -lm
+LIBS    := -lelf -ldw -lcapstone -lsodium -lseccomp -ljansson -linih -lxml2 -lm
 
 # --- sources -------------------------------------------------------------------------------------
 
@@ -75,12 +75,21 @@ BUS_SRC := client.c client_cycle.c client_jobs.c client_map.c client_watch.c cli
     esi_xml.c \
     busfile.c
 TERMINALS := $(wildcard harness/bus/terminals/*.device)
-HOST_SRC := realtime.c \
-    shm.c \
-    product.c schedule.c extent.c catalogue.c text16.c evidence.c plant.c host_select.c osc.c experiment.c \
+HOST_SRC := realtime.c shm.c product.c schedule.c extent.c servo_wire.c \
+    config.c config_keys.c config_check.c \
+    catalogue.c text16.c evidence.c plant.c host_select.c osc.c experiment.c \
     profile_shape.c \
     profile_motion.c \
-    gear_motion.c
+    gear_motion.c \
+    channel.c \
+    drive_error.c \
+    can.c \
+    can_script.c \
+    angle.c \
+    interp_path.c \
+    interp_run.c \
+    interp_filter.c \
+    interp_file.c
 # What touches registers: once for each layout of the shared memories.
 LAYOUT_SRC := measure.c \
     plc.c \
@@ -90,13 +99,26 @@ LAYOUT_SRC := measure.c \
     motion.c \
     scope.c \
     command.c \
-    capture.c
+    capture.c \
+    console.c \
+    channels.c \
+    general.c \
+    servo_error.c \
+    safety.c \
+    statistics.c \
+    eeprom.c \
+    can_memory.c \
+    interpolator.c \
+    interpolator_command.c
 LAYOUTS := gen4 gen5_905 gen5_906
 REPORT_SRC := text.c json.c
-CLI_SRC := clock.c \
-    main.c options.c output.c check.c run.c inspect.c inspect_text.c inspect_json.c rules.c new.c registers.c \
+CLI_SRC := main.c options.c output.c check.c run.c inspect.c inspect_text.c inspect_json.c rules.c new.c registers.c \
+    clock.c \
+    config.c \
+    configuration.c \
     capture.c bus.c plot.c scope.c \
-    device.c
+    device.c \
+    eeprom.c
 CONFORMANCE_SRC := profile.c rules.c findings.c incidents.c rules_file.c rules_start.c rules_cycle.c check.c
 SOEM_SRC := ethercatbase.c ethercatcoe.c ethercatconfig.c ethercatdc.c ethercatmain.c ethercatprint.c ethercatsoe.c
 
@@ -155,7 +177,8 @@ FUZZERS := fuzz_image fuzz_text \
     fuzz_segment \
     fuzz_faults \
     fuzz_code \
-    fuzz_device
+    fuzz_device \
+    fuzz_text16
 .PHONY: fuzz
 fuzz: $(addprefix $(BUILD)/fuzz/,$(FUZZERS)) ## fuzz the readers of module files and fault scripts, the SDK's text and the bus segment for FUZZ_SECONDS each (default 300)
 	$(Q)for fuzzer in $(FUZZERS); do mkdir -p $(BUILD)/fuzz/corpus-$$fuzzer; \
@@ -272,6 +295,11 @@ $(BUILD)/fuzz/fuzz_text: tests/fuzz_text.c sdk/src/number.c sdk/src/text16.c sdk
 	@mkdir -p $(@D)
 	@echo "  FUZZ   $@"
 	$(Q)$(FUZZ_CC) -DTGM_HOST -o $@ $(filter %.c,$^) -lm
+
+$(BUILD)/fuzz/fuzz_text16: tests/fuzz_text16.c harness/host/text16.c | $(BUILD)/.deps-test
+	@mkdir -p $(@D)
+	@echo "  FUZZ   $@"
+	$(Q)$(FUZZ_CC) -o $@ $(filter %.c,$^) -lm
 
 # The simulated bus alone, without the SOEM client.
 $(BUILD)/fuzz/fuzz_faults: tests/fuzz_faults.c $(addprefix harness/bus/,$(filter-out client% port/% view.c live% rack.c fiber.c,$(BUS_SRC))) harness/bus/terminals.S | $(BUILD)/.deps-test

@@ -10,11 +10,14 @@
 #include "cli/capture.h"
 #include "bus/busfile.h"
 #include "cli/cli.h"
+#include "cli/eeprom.h"
+#include "cli/configuration.h"
 #include "cli/clock.h"
 #include "cli/plot.h"
 #include "cli/scope.h"
 #include "conformance/profile.h"
 #include "conformance/rules.h"
+#include "host/can.h"
 
 #define RECORD_MAX 64
 #define RUN_WHY    1024
@@ -34,6 +37,7 @@ struct run {
     struct plant plant; /* with --bus */
     struct capture capture;
     const char *pcap_path;
+    struct eeprom_file eeprom;
     FILE *screen; /* standard error when recording or capture go to standard output */
     bool terminal;
     bool in_process;
@@ -55,10 +59,10 @@ static void show_message(const struct run *run, const struct evidence_message *m
 {
     if (message->cycle == EVIDENCE_NO_CYCLE)
         fprintf(run->screen, "%s  before the cycles  %-11s  %s\n", run->terminal ? "\r\033[K" : "",
-                entry_name(message->entry), message->text);
+                evidence_speaker(message), message->text);
     else
         fprintf(run->screen, "%s  cycle %-11" PRIu64 "  %-11s  %s\n",
-                run->terminal ? "\r\033[K" : "", message->cycle, entry_name(message->entry),
+                run->terminal ? "\r\033[K" : "", message->cycle, evidence_speaker(message),
                 message->text);
 }
 
@@ -187,6 +191,9 @@ static int read_registers(struct run *run, const char *list)
         name[length] = '\0';
         if (catalogue_resolve(catalogue, name, &run->registers[run->recording.count], why) != 0)
             return complain(run->command, "--record: %s", why);
+        if (!host_has_register(&run->experiment.host, &run->registers[run->recording.count]))
+            return complain(run->command, "--record: %s is past the end of %s on %s", name,
+                            run->registers[run->recording.count].memory->name, product->title);
         run->recording.count++;
         list += length + (list[length] == ',');
     }
@@ -286,6 +293,8 @@ static int play(struct run *run, const char *path)
             return complain(run->command, "no worker process: %s", strerror(-r));
     }
     int status = conclude(run, &result, slash != NULL ? slash + 1 : path);
+    if (eeprom_write(run->command, &run->eeprom, &result.evidence) != 0)
+        status = EXIT_CALL;
     r = capture_close(&run->capture);
     if (r != 0 && r != -EBADMSG) /* that one is the worker's, and told */
         status = complain(run->command, "cannot write '%s': %s", run->pcap_path, strerror(-r));
@@ -334,6 +343,21 @@ static int read_bus(struct run *run, const char *path)
     return 0;
 }
 
+static int read_can(struct run *run, const char *path, char **script)
+{
+    static struct can can;
+    char why[CAN_WHY];
+    if (path == NULL)
+        return 0;
+    if ((*script = read_text(run->command, "CAN script", path)) == NULL)
+        return EXIT_CALL;
+    if (can_open(&can, *script, path, 1, why) != 0)
+        return complain(run->command, "%s", why);
+    run->experiment.host.can = *script;
+    run->experiment.host.can_name = path;
+    return 0;
+}
+
 static int refuse_self(const struct run *run, const char *option, const char *file,
                        const char *module)
 {
@@ -361,6 +385,8 @@ static int open_files(struct run *run, const char *module, const char *record)
     int status = refuse_self(run, "--csv", run->csv_path, module);
     if (status == 0)
         status = refuse_self(run, "--pcap", run->pcap_path, module);
+    if (status == 0)
+        status = refuse_self(run, "--eeprom", run->eeprom.path, module);
     if (status != 0)
         return status;
     if (run->plot_path != NULL && run->csv_path == NULL && make_plot_csv(run) != 0)
@@ -405,17 +431,19 @@ int command_run(const struct command *command, int argc, char **argv)
 {
     static struct run run;
     const char *profile_name = "pc4", *record = NULL, *bus = NULL, *module = NULL, *faults = NULL;
-    const char *osc = NULL, *osc_trigger = NULL;
+    const char *osc = NULL, *osc_trigger = NULL, *config = NULL;
+    static struct configuration configuration;
     uint64_t osc_every = 1, osc_before = 0;
+    const char *can = NULL;
+    char *script = NULL, *can_script = NULL;
     const char *preempt = NULL, *clock = "virtual", *prefix = NULL;
     bool shm = false;
-    char *script = NULL;
     uint64_t duration = UINT64_C(2000000000), cycle_us = 0, seed = DEFAULT_SEED;
     const struct option table[] = {
         { "--for", OPTION_DURATION, "TIME", "simulated time, as in 2s or 500ms (default 2s)",
           &duration, 0, 0 },
-        { "--cycle", OPTION_NUMBER, "US", "Cycle_Time in microseconds: 250, 500 (default) or 1000",
-          &cycle_us, 0, 0 },
+        { "--cycle", OPTION_NUMBER, "US", "Cycle_Time in microseconds (default 500)", &cycle_us, 0,
+          0 },
         { "--record", OPTION_TEXT, "NAMES",
           "registers to record, as in 'SERVO[0].Position,DIO[0].In0'", &record, 0, 0 },
         { "--csv", OPTION_TEXT, "FILE", "where the recording goes, - for standard output",
@@ -440,6 +468,9 @@ int command_run(const struct command *command, int argc, char **argv)
           0, 0 },
         { "--faults", OPTION_TEXT, "FILE", "what goes wrong on the bus, and when (docs/faults.md)",
           &faults, 0, 0 },
+        { "--eeprom", OPTION_TEXT, "FILE", "what is stored in the EEPROM; written anew when saved",
+          &run.eeprom.path, 0, 0 },
+        { "--can", OPTION_TEXT, "FILE", "what stands on the CAN bus (docs/can.md)", &can, 0, 0 },
         { "--preempt", OPTION_TEXT, "HOW",
           "interrupt Program_01 to 03 by what is above them: seeded, or at=N for instruction N",
           &preempt, 0, 0 },
@@ -454,6 +485,8 @@ int command_run(const struct command *command, int argc, char **argv)
           0, 0 },
         { "--in-process", OPTION_FLAG, NULL,
           "no worker and no sandbox, for a debugger (make debug)", &run.in_process, 0, 0 },
+        { "--config", OPTION_TEXT, "FILE",
+          "configuration of TG Motion (docs/configuration.md); other options win", &config, 0, 0 },
         { "--profile", OPTION_TEXT, "NAME", "which TG Motion to be: pc4 (default)", &profile_name,
           0, 0 },
         { 0 },
@@ -468,10 +501,18 @@ int command_run(const struct command *command, int argc, char **argv)
     if (profile == NULL)
         return EXIT_CALL;
     const struct product *product = product_find(profile->product);
+    struct host_config *host = &run.experiment.host;
+    host->plant = &plant_default;
+    if (config != NULL &&
+        (status = configuration_open(&configuration, command, config, product, host)) != 0)
+        return status;
     if (cycle_us == 0)
-        cycle_us = product->default_cycle_us;
-    if (cycle_us > UINT32_MAX || !product_allows_cycle(product, (uint32_t)cycle_us))
-        return complain(command, "--cycle must be 250, 500 or 1000, not %" PRIu64, cycle_us);
+        cycle_us = host->cycle_us != 0 ? host->cycle_us : product->default_cycle_us;
+    if (cycle_us > UINT32_MAX || !product_allows_cycle(product, (uint32_t)cycle_us)) {
+        char allowed[128];
+        product_cycles_text(product, allowed, sizeof allowed);
+        return complain(command, "--cycle must be %s, not %" PRIu64, allowed, cycle_us);
+    }
     if (osc != NULL && record != NULL)
         return complain(command, "--osc and --record exclude each other");
     if (osc == NULL && (osc_trigger != NULL || osc_before != 0))
@@ -515,18 +556,26 @@ int command_run(const struct command *command, int argc, char **argv)
             (status = scope_read_trigger(command, catalogue_of(&run), osc_trigger, &run.osc)) != 0)
             return status;
     }
+    if ((status = eeprom_read(command, &run.eeprom, &run.experiment.host)) != 0 ||
+        (status = read_can(&run, can, &can_script)) != 0)
+        return status;
     if (faults != NULL && (script = read_text(command, "fault script", faults)) == NULL)
         return EXIT_CALL;
-    run.experiment.host.faults = script;
-    run.experiment.host.faults_name = faults;
+    if (faults != NULL) {
+        host->faults = script;
+        host->faults_name = faults;
+    }
     run.experiment.name = "run";
     run.experiment.host.cycle_us = (uint32_t)cycle_us;
     run.experiment.host.seed = seed;
     if (bus != NULL && (status = read_bus(&run, bus)) != 0)
         return status;
-    run.experiment.host.plant = bus != NULL ? &run.plant : &plant_default;
+    if (bus != NULL)
+        host->plant = &run.plant;
     run.experiment.cycles = (duration + cycle_us * 1000 - 1) / (cycle_us * 1000);
     status = start(&run, profile, module, record);
     free(script);
+    free(can_script);
+    configuration_close(&configuration);
     return status;
 }

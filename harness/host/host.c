@@ -6,6 +6,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* AL states are read every so many cycles: more often than anything reacts to them. */
+enum { POLL_CYCLES = 4 };
+
 static int parts_open(struct host *host, char why[HOST_WHY])
 {
     int r = 0;
@@ -25,6 +28,11 @@ static int parts_open(struct host *host, char why[HOST_WHY])
 
 static int bus_start(struct host *host, char why[HOST_WHY])
 {
+    struct bus_startup *startup = calloc(BUS_MAX_SLAVES * (size_t)WIRE_STARTUP, sizeof *startup);
+    if (startup == NULL) {
+        snprintf(why, HOST_WHY, "no memory");
+        return -ENOMEM;
+    }
     const struct bus_config config = {
         .devices = host->config.plant->devices,
         .device_count = host->config.plant->device_count,
@@ -35,8 +43,14 @@ static int bus_start(struct host *host, char why[HOST_WHY])
         .capture = host->config.capture,
         .library = host->config.plant->library,
         .redundant = host->config.plant->redundant,
+        .dc_sync = host->config.clock == CLOCK_ON,
+        .startup = startup,
+        .startup_count =
+            wire_startup(&host->config, startup, BUS_MAX_SLAVES * (size_t)WIRE_STARTUP),
     };
-    return bus_open(&host->bus, &config, why);
+    const int r = bus_open(&host->bus, &config, why);
+    free(startup);
+    return r;
 }
 
 static int bus_ready(struct host *host, char why[HOST_WHY])
@@ -56,8 +70,6 @@ static int bus_ready(struct host *host, char why[HOST_WHY])
     }
     host->evidence->slaves = (unsigned)bus_slave_count(host->bus);
     host->system->Main.Found_Total_Number_Of_ECAT_Devices = host->evidence->slaves;
-    host->system->Main.StateDistributedClock = 1;
-    host->system->Main.Distributed_Clock = 1;
     host->bus_zero = bus_now(host->bus);
     return 0;
 }
@@ -97,6 +109,7 @@ static void close_host(struct host *host)
     rewind_free(host);
     if (host->bus != NULL)
         bus_close(host->bus);
+    interpolators_close(host);
     free(host);
 }
 
@@ -184,6 +197,7 @@ bool host_call(struct host *host, enum entry entry)
         record_incident(host, entry, &outcome);
         return false;
     }
+    statistics_call(host, entry, outcome.elapsed_ns);
     evidence->calls[entry].count++;
     evidence->calls[entry].last_value = (int32_t)outcome.value;
     return true;
@@ -247,10 +261,13 @@ static void receive(struct host *host)
     EACH_PART(host, cycle);
     if (host->bus != NULL && host->cycle > host->loop_begin) {
         const int wkc = bus_receive(host->bus, host->bus_zero + host->now_ns);
-        host->exchanged = host->exchanged || wkc > 0;
+        host->frame_back = wkc > 0;
+        host->silent_cycles = host->frame_back ? 0 : host->silent_cycles + 1;
+        host->exchanged = host->exchanged || host->frame_back;
         if (wkc < bus_expected_wkc(host->bus) && host->in_op)
             host->evidence->wkc_errors++;
-        bus_poll_states(host->bus);
+        if (host->cycle % POLL_CYCLES == 0)
+            bus_poll_states(host->bus);
         note_bus(host);
     }
     EACH_PART(host, receive);
@@ -445,4 +462,7 @@ const struct host_ops HOST_OPS = {
     .cycles = cycles,
     .time = host_time_of,
     .register_at = register_at,
+    .interpolator_load = interpolator_load,
+    .interpolator_start = interpolator_start,
+    .interpolator_stop = interpolator_stop,
 };

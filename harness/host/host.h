@@ -13,7 +13,8 @@
  *
  * Which slave becomes which register group: the list of servos, where there is one, otherwise bus
  * order; every CiA 402 axis is the next SERVO, every slave without axes that has process data is
- * the next DIO.
+ * the next DIO. In generation 5 what is no plain terminal, or past the announced number of those,
+ * is the next GENERAL_DEVICE (docs/decisions.md, C8).
  */
 #ifndef HARNESS_HOST_HOST_H
 #define HARNESS_HOST_HOST_H
@@ -25,6 +26,7 @@
 #include "bus/bus.h"
 #include "host/catalogue.h"
 #include "host/evidence.h"
+#include "host/interp_path.h"
 #include "host/product.h"
 #include "machine/machine.h"
 
@@ -89,6 +91,8 @@ extern const struct servo_modes servo_modes_default;
 /* The period of a function that is not called at all. */
 #define PERIOD_OFF UINT32_MAX
 
+/* The distributed clock: on without SYNC0 unless configured; off; on, and drives follow SYNC0. */
+enum clock_choice { CLOCK_DEFAULT, CLOCK_OFF, CLOCK_ON };
 /*
  * How Program_01 to Program_03 are interrupted by what is above them (R18). Run to completion: not;
  * on the virtual clock a call takes no time. Otherwise a call is stopped before some instruction,
@@ -107,24 +111,36 @@ struct host_preempt {
 
 struct host_config {
     const struct product *product;
-    uint32_t cycle_us;             /* one the product allows */
-    uint32_t program_period_us[3]; /* Program_01..03; 0 = the product's default, or PERIOD_OFF */
+    uint32_t cycle_us;              /* one the product allows */
+    uint32_t program_period_us[3];  /* Program_01..03; 0 = the product's default, or PERIOD_OFF */
     uint32_t data_bytes, osc_bytes; /* TGM_Data, TGM_Oscilloscope; 0 = the product's default */
+    uint32_t eeprom_bytes;          /* MAIN.Size_EEPROM_Memory; 0 = all there is */
+    uint32_t can_kbit, log_ctrl;    /* MAIN.PLC_CAN_BaudRate, MAIN.Log_Ctrl */
+    uint32_t interpolator_items[3]; /* INTERPOLATOR.Buffer_Size; 0 = not configured */
+    enum clock_choice clock;
     uint64_t seed;
     const struct plant *plant;
     const struct host_servo *servos; /* NULL: every axis of the bus, in bus order */
     unsigned servo_count;
     const struct servo_modes *modes; /* NULL: servo_modes_default */
     const char *faults,
-        *faults_name; /* what goes wrong on the bus (docs/faults.md); NULL: nothing */
-    bool without_bus; /* no slaves are made: for experiments that only call Program_Ini */
+        *faults_name;   /* what goes wrong on the bus (docs/faults.md); NULL: nothing */
+    const void *eeprom; /* what is stored there, eeprom_size bytes; NULL: nothing yet */
+    size_t eeprom_size;
+    const char *can, *can_name; /* script of the CAN buses (can.h); NULL: there are none */
+    bool without_bus;           /* no slaves are made: for experiments that only call Program_Ini */
     struct mutation mutation;
     struct pcap *capture; /* where the frames of the bus go; NULL: nowhere */
     bool no_autostart;    /* host_start() starts TG Motion, not the PLC: host_run() does */
     bool resettable;      /* keeps a copy of the start, for host_reset() and the like */
     struct host_preempt preempt;
     struct realtime *real; /* opened: slots come when they are due by the wall clock */
-    const char *shm; /* memories are POSIX shared memory with this in front of their names (shm.h) */
+    const char
+        *shm; /* memories are POSIX shared memory with this in front of their names (shm.h) */
+    unsigned interpolators;          /* 0: as many as the product has */
+    uint32_t interpolator_buffer[3]; /* parts; 0: 2000 */
+    const struct interp_path *path;  /* for interpolator 0, which is started at that time */
+    uint64_t path_start_ns;
 };
 
 /* Size of a shared memory of the product so configured: what the layout leaves to the product. */
@@ -202,5 +218,19 @@ uint64_t host_cycles(const struct host *host);
 uint64_t host_time(const struct host *host);
 /* Address of a resolved register in the host's memory; NULL past the end of it. */
 const void *host_register(const struct host *host, const struct catalogue_register *reg);
+
+/*
+ * The CNC side of an interpolator, which a PLC has no access to. Call between cycles; nothing is
+ * allocated.
+ *
+ * load fills the buffer with a copy of the path, or appends to one that said there would be more.
+ * 0; -EBUSY while it moves; -ENOSPC; -EINVAL; with a reason. start: false when there is nothing to
+ * run or it runs. stop: along the path, on the normal or the emergency ramp; drop forgets what is
+ * left of the path, otherwise start goes on.
+ */
+int host_interpolator_load(struct host *host, unsigned number, const struct interp_path *path,
+                           bool append, char why[HOST_WHY]);
+bool host_interpolator_start(struct host *host, unsigned number);
+void host_interpolator_stop(struct host *host, unsigned number, bool emergency, bool drop);
 
 #endif

@@ -15,13 +15,20 @@
 #define TGM_HOST
 #include <tgm_plc.h>
 
+#include "host/can.h"
+#include "host/channel.h"
+#include "host/console.h"
+#include "host/general.h"
+#include "host/angle.h"
 #include "host/host_ops.h"
+#include "host/interpolator.h"
 #include "host/motion.h"
 #include "host/osc.h"
 #include "host/plc.h"
 #include "host/preempt.h"
 #include "host/realtime.h"
 #include "host/schedule.h"
+#include "host/servo_wire.h"
 
 #if TGM_GENERATION == 4
 #define GENERATION(four, five) four
@@ -39,33 +46,73 @@ typedef uint32_t dio_word;
 #endif
 #define DIO_WORDS 16
 
+/* SERVO.ControlWord and StatusWord. */
+#if TGM_GENERATION == 5 && TGM_MEMORY_ID == 906
+typedef uint32_t servo_word;
+#else
+typedef int32_t servo_word;
+#endif
+
 #define HOST_MEMORIES  16
 #define HOST_AXES      256
 #define HOST_TERMINALS 16
 
-#define NO_SLAVE SIZE_MAX /* of a virtual servo */
-
 /* A servo register group and the drive axis behind it, if there is one. */
 struct axis {
     SERVO *reg;
-    size_t slave;                                          /* or NO_SLAVE */
-    struct bus_entry control, mode, target;                /* outputs */
-    struct bus_entry status, mode_display, actual, inputs; /* inputs; bits == 0 when not mapped */
-    uint32_t raw;                                          /* last position on the wire, wraps */
-    bool seen;                                             /* raw is valid */
-    double sent;                                           /* last set-point sent, inc */
+    size_t slave; /* or NO_SLAVE */
+    struct servo_wire wire;
+    double scale;    /* increments on the wire for one of the register */
+    uint64_t raw;    /* last position on the wire, wraps */
+    double position; /* the same, counting on */
+    bool seen;       /* raw is valid */
+    double sent;     /* last set-point sent, inc */
     double sent_speed;
     bool tracking; /* the set-point follows the axis because it is not enabled */
     bool asked;    /* it was to be enabled when the outputs left */
+
+    /* safety.c: the stop that is being carried out, 0: none; and its set-point. */
+    uint32_t stopping;
+    double stop_at, stop_speed, stop_deceleration;
+
     struct axis_motion motion;
+};
+
+/* Some digital bits and their place in a word of the register group. */
+struct terminal_piece {
+    struct bus_entry place;
+    uint8_t word, shift;
+};
+
+#define TERMINAL_PIECES 128
+#define TERMINAL_ANALOG 16
+#define TERMINAL_GAUGES 8
+
+/* Inputs or outputs. */
+struct terminal_side {
+    struct terminal_piece pieces[TERMINAL_PIECES];
+    unsigned piece_count, bits;
+    struct bus_entry analog[TERMINAL_ANALOG];
+    unsigned analog_count;
 };
 
 /* An I/O register group and the terminal behind it. */
 struct terminal {
     DIO *reg;
     size_t slave;
-    struct bus_entry in[DIO_WORDS], out[DIO_WORDS]; /* bits == 0 past the end */
+    struct terminal_side side[2]; /* by enum bus_direction */
+    struct bus_entry gauges[TERMINAL_GAUGES];
+    unsigned gauge_count;
 };
+
+/* SERVO.Error: what is known of the fault of a drive, and the question for its code. */
+struct axis_error {
+    bool faulty, asked, stale;
+    uint32_t bit;
+    struct bus_job job;
+};
+
+#define HOST_CHANNELS (2 * (HOST_AXES + HOST_TERMINALS))
 
 struct host;
 
@@ -111,6 +158,34 @@ struct host {
     struct terminal terminals[HOST_TERMINALS];
     size_t terminal_count;
 
+    bool taken[BUS_MAX_SLAVES]; /* slaves that are servos or I/O units */
+
+    struct channel channels[HOST_CHANNELS];
+    size_t channel_count;
+    struct axis_error errors[HOST_AXES]; /* as axes */
+    struct general generals[GENERAL_DEVICES];
+    size_t general_count;
+
+    uint32_t console_slots, console_written; /* of the ring in TGM_ODS */
+
+    bool frame_back;        /* the exchange of this cycle brought something back */
+    unsigned silent_cycles; /* exchanges in a row that did not */
+    bool link_broken;
+    uint16_t said_state[BUS_MAX_SLAVES]; /* AL states that messages have told */
+    uint64_t frames_sent;
+    bool has_clock; /* a slave has one */
+    int64_t reference_zero;
+    uint32_t clock_difference[BUS_MAX_SLAVES];
+    struct bus_job clock_job;
+    bool clock_asked;
+    size_t clock_slave;
+    uint64_t clock_due_ns;
+
+    uint32_t eeprom_control; /* what is being done; 0: nothing */
+    uint64_t eeprom_due_ns;
+
+    struct can can;
+    void *can_memory[CAN_CHANNELS];
     struct osc osc;
 
     struct plc plc;
@@ -118,6 +193,9 @@ struct host {
     struct realtime *real; /* NULL: the clock is virtual */
     struct measured measured;
     struct host_copy *copy; /* of the start; NULL: TG Motion cannot begin anew */
+    struct interpolator interpolators[INTERPOLATORS_MOST];
+    size_t interpolator_count;
+    bool path_started; /* the one of the configuration */
 
     uint64_t cycle, now_ns, timer_ms;
     size_t slot;          /* the next one of the cycle */
@@ -134,9 +212,38 @@ struct host {
 extern const struct host_part *const host_parts[];
 extern const struct host_part host_scope;
 extern const struct host_part host_timers, host_servo, host_capture, host_motion, host_dio;
+extern const struct host_part host_console, host_statistics, host_eeprom, host_safety, host_general,
+    host_channels, host_can;
+extern const struct host_part host_timers, host_servo, host_capture, host_motion, host_dio,
+    host_interpolator;
 
 /* services.c: fills the functions of a PLC_DATA; the services act for this host from now on. */
 void services_bind(struct host *host, PLC_DATA *data);
+
+/* console.c: text of the module; id_and_severity as in generation 5. Reads text to its end. */
+void console_text16(struct host *host, uint32_t id_and_severity, const uint16_t *text);
+void console_text8(struct host *host, uint32_t id_and_severity, const char *text);
+/* A message of TG Motion itself, in ASCII, if MAIN.Log_Ctrl has one of the bits of `log`. */
+void console_log(struct host *host, uint32_t log, enum console_source source,
+                 enum console_severity severity, const char *format, ...)
+    __attribute__((format(printf, 5, 6)));
+
+/* channels.c: tells of a request that has ended. */
+void channel_log(struct host *host, const struct channel *channel, enum channel_event event);
+
+/* servo_error.c: SERVO.Error of a drive in fault, in every cycle of it; and of one that is not. */
+void servo_faulty(struct host *host, struct axis *axis);
+void servo_faultless(struct host *host, struct axis *axis);
+
+/* safety.c: what becomes of the set-point of a servo that runs. */
+double safety_set_point(const struct host *host, struct axis *axis, double wanted);
+
+/* statistics.c: a function of the module has been called. */
+void statistics_call(struct host *host, enum entry entry, uint64_t elapsed_ns);
+
+/* can_memory.c: the PLC sends a telegram; 1 when it was taken. */
+int32_t can_send(struct host *host, uint32_t number, uint32_t id, uint32_t length,
+                 const uint8_t *data, bool remote);
 
 /* servo.c: whether the PLC wants the axis enabled; whether it is, and follows its set-point. */
 bool servo_wanted(const struct host *host, const struct axis *axis);
@@ -191,6 +298,18 @@ void host_clear_parts(struct host *host);
 uint64_t host_time_of(const struct host *host);
 /* When the next slot is due, from the first cycle. */
 uint64_t host_next_slot_ns(const struct host *host);
+/* interpolator.c: the CNC side (host.h), and what interpolator_command.c needs. */
+int interpolator_load(struct host *host, unsigned number, const struct interp_path *path,
+                      bool append, char why[HOST_WHY]);
+bool interpolator_start(struct host *host, unsigned number);
+void interpolator_stop(struct host *host, unsigned number, bool emergency, bool drop);
+uint32_t interpolator_step_us(const struct host *host);
+/* It stands there now, without having moved. */
+void interpolator_place(struct interpolator *in, const double position[INTERP_AXES]);
+void interpolators_close(struct host *host);
+
+/* interpolator_command.c: carries out INTERPOLATOR.Command, in front of a step. */
+void interpolator_command(const struct host *host, struct interpolator *in);
 
 /* memories.c */
 int memories_open(struct host *host, char why[HOST_WHY]);

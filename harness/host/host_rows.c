@@ -2,11 +2,19 @@
 #include "host/host_parts.h"
 
 const struct host_part *const host_parts[] = {
+    &host_console,
     &host_timers,
+    &host_statistics,
+    &host_eeprom,
+    &host_can,
+    &host_safety,
+    &host_interpolator, /* its positions are set-points of the servos */
     &host_servo,
     &host_capture,
     &host_motion,
     &host_dio,
+    &host_general,
+    &host_channels,
     &host_scope,
     &host_measure,
     NULL,

@@ -53,7 +53,10 @@ static void fill_main(struct host *host)
     const uint32_t *period = host->config.program_period_us;
     MAIN *m = &host->system->Main;
     m->TGMotion_Version = product->version;
-    m->Size_EEPROM_Memory = sizeof host->system->Eeprom.Data;
+    m->Size_EEPROM_Memory = host->config.eeprom_bytes != 0 ? host->config.eeprom_bytes
+                                                           : sizeof host->system->Eeprom.Data;
+    m->PLC_CAN_BaudRate = host->config.can_kbit;
+    m->Log_Ctrl = host->config.log_ctrl;
     m->Number_Servos = host_servos(host);
     m->Number_Dios = host->config.plant->dios;
     m->Servo_SetCycleTime = host->config.cycle_us;
