@@ -277,6 +277,23 @@ printf 'drive-cia402\ndrive-cia42\n' >"$work/line.bus"
 run "$tgm" run "$module" --bus "$work/line.bus"
 expect "a bus file with a mistake" 2 "line.bus:2:1: no device type \"drive-cia42\""
 
+# --- a path for an interpolator -------------------------------------------------------------------
+printf 'line X 10 F 6000\nm 1005\nline X 10 Y 5\n' >"$work/good.path"
+run "$tgm" run "$module" --for 1s --path "$work/good.path" --path-start 100ms \
+    --record "INTERPOLATOR[0].Position[0],INTERPOLATOR[0].Position[1],INTERPOLATOR[0].Last_ContMFunc,INTERPOLATOR[0].Status" \
+    --csv "$work/path.csv"
+expect "a path runs" 0 "bus OP"
+grep -q "^0.099500,0,0,0,4$" "$work/path.csv" && pass "not before its time" || fail "not before its time"
+[ "$(tail -1 "$work/path.csv")" = "0.999500,10,5,1005,3" ] && pass "to its end" || fail "to its end: $(tail -1 "$work/path.csv")"
+printf 'line X 10 F 6000\nline X ten\n' >"$work/bad.path"
+run "$tgm" run "$module" --path "$work/bad.path"
+expect "a path with a fault is refused with a place" 2 "bad.path:2:8: unexpected 'ten'; expected a number"
+{ echo 'corner 5'; i=0; while [ $i -lt 2001 ]; do echo "line X $i F 60"; i=$((i + 1)); done; } >"$work/long.path"
+run "$tgm" run "$module" --path "$work/long.path"
+expect "a path that is longer than the buffer is refused" 2 "the path has 2001 parts, the buffer of interpolator 0 takes 2000"
+run "$tgm" run "$module" --path "$work/none.path"
+expect "a path that is not there" 2 "none.path': No such file"
+
 # --- faults on the bus ----------------------------------------------------------------------------
 printf 'at start dc 1 jitter 100ns\nat 20ms unplug after 1 for 10ms\n' >"$work/day.faults"
 run "$tgm" run "$module" --for 50ms --faults "$work/day.faults"

@@ -36,8 +36,8 @@ units() { # build folder
         { echo "== $1"; cat "$1.log"; } >"$1.out"' sh {}
     cat "$1"/test/*.out
     status=0
-    for failed in "$1"/test/*.failed; do
-        [ ! -e "$failed" ] || status=1
+    for mark in "$1"/test/*.failed; do
+        [ ! -e "$mark" ] || status=1
     done
     rm -f "$1"/test/*.out "$1"/test/*.log "$1"/test/*.failed
     return $status

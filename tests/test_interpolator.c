@@ -134,7 +134,7 @@ static void registers_after_the_run_sequence(void **state)
                                             .plant = &nothing,
                                             .servos = virtuals,
                                             .interpolators = 2,
-                                            .interpolator_buffer = { 1, 1000000 } };
+                                            .interpolator_items = { 1, 1000000 } };
         struct rig *rig = rig_open("idle", &config);
 
         assert_true(rig_get(rig, "MAIN.Number_Interpolators") == 2);
@@ -209,7 +209,7 @@ static void a_path_runs_as_it_is_calculated(void **state)
                         (run.position[0] - last) / (cycles[c].slot_us * 1e-6));
             assert_true(of(rig, "Act_Speed") == run.speed * 60);
             assert_true(of(rig, "Move_Distance") == run.passed + run.way);
-            assert_true(phase(rig) == run.phase);
+            assert_true(phase(rig) == (int)run.phase);
             if (run.state != INTERP_RUNNING)
                 continue;
             assert_true(of(rig, "Status") == 1 && doing(rig) == 1);

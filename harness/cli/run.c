@@ -13,6 +13,7 @@
 #include "cli/eeprom.h"
 #include "cli/configuration.h"
 #include "cli/clock.h"
+#include "cli/path.h"
 #include "cli/plot.h"
 #include "cli/scope.h"
 #include "conformance/profile.h"
@@ -433,6 +434,9 @@ int command_run(const struct command *command, int argc, char **argv)
     const char *profile_name = "pc4", *record = NULL, *bus = NULL, *module = NULL, *faults = NULL;
     const char *osc = NULL, *osc_trigger = NULL, *config = NULL;
     static struct configuration configuration;
+    static struct interp_path path;
+    const char *path_file = NULL;
+    uint64_t path_start = UINT64_C(1000000000);
     uint64_t osc_every = 1, osc_before = 0;
     const char *can = NULL;
     char *script = NULL, *can_script = NULL;
@@ -471,6 +475,10 @@ int command_run(const struct command *command, int argc, char **argv)
         { "--eeprom", OPTION_TEXT, "FILE", "what is stored in the EEPROM; written anew when saved",
           &run.eeprom.path, 0, 0 },
         { "--can", OPTION_TEXT, "FILE", "what stands on the CAN bus (docs/can.md)", &can, 0, 0 },
+        { "--path", OPTION_TEXT, "FILE", "a path for interpolator 0 (docs/path-files.md)",
+          &path_file, 0, 0 },
+        { "--path-start", OPTION_DURATION, "TIME", "when it is started (default 1s)", &path_start,
+          0, 0 },
         { "--preempt", OPTION_TEXT, "HOW",
           "interrupt Program_01 to 03 by what is above them: seeded, or at=N for instruction N",
           &preempt, 0, 0 },
@@ -561,6 +569,12 @@ int command_run(const struct command *command, int argc, char **argv)
         return status;
     if (faults != NULL && (script = read_text(command, "fault script", faults)) == NULL)
         return EXIT_CALL;
+    if (path_file != NULL) {
+        if ((status = path_open(&path, command, path_file)) != 0)
+            return status;
+        host->path = &path;
+        host->path_start_ns = path_start;
+    }
     if (faults != NULL) {
         host->faults = script;
         host->faults_name = faults;
@@ -576,6 +590,7 @@ int command_run(const struct command *command, int argc, char **argv)
     status = start(&run, profile, module, record);
     free(script);
     free(can_script);
+    path_close(&path);
     configuration_close(&configuration);
     return status;
 }

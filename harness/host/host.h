@@ -116,7 +116,8 @@ struct host_config {
     uint32_t data_bytes, osc_bytes; /* TGM_Data, TGM_Oscilloscope; 0 = the product's default */
     uint32_t eeprom_bytes;          /* MAIN.Size_EEPROM_Memory; 0 = all there is */
     uint32_t can_kbit, log_ctrl;    /* MAIN.PLC_CAN_BaudRate, MAIN.Log_Ctrl */
-    uint32_t interpolator_items[3]; /* INTERPOLATOR.Buffer_Size; 0 = not configured */
+    uint32_t interpolator_items[3]; /* INTERPOLATOR.Buffer_Size; 0 = 2000 */
+    unsigned interpolators;         /* 0 = as many as the product has */
     enum clock_choice clock;
     uint64_t seed;
     const struct plant *plant;
@@ -137,8 +138,6 @@ struct host_config {
     struct realtime *real; /* opened: slots come when they are due by the wall clock */
     const char
         *shm; /* memories are POSIX shared memory with this in front of their names (shm.h) */
-    unsigned interpolators;          /* 0: as many as the product has */
-    uint32_t interpolator_buffer[3]; /* parts; 0: 2000 */
     const struct interp_path *path;  /* for interpolator 0, which is started at that time */
     uint64_t path_start_ns;
 };

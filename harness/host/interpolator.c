@@ -21,12 +21,6 @@
 #define PER_MINUTE      60
 #define INTERNAL        (-1) /* fileIdx */
 
-uint32_t interpolator_step_us(const struct host *host)
-{
-    const struct schedule *schedule = host->schedule;
-    return schedule->slot_count > 2 ? schedule->slots[1].at_us : schedule->cycle_us;
-}
-
 /* --- M functions --- */
 
 static void signal_continuous(struct interpolator *in, int32_t code)
@@ -244,7 +238,7 @@ static double override_of(struct interpolator *in)
 /* An integer in TGM_Data; 0 where there is none. */
 static int32_t external_position(const struct host *host, const INTERPOLATOR *reg)
 {
-    const size_t size = catalogue_memory(host->catalogue, SHARED_MEMORY_DATA)->size;
+    const size_t size = host->memory_bytes[SHARED_MEMORY_DATA];
     int32_t value = 0;
     if (reg->Adrress_External_Position <= size - sizeof value)
         memcpy(&value,
@@ -255,7 +249,7 @@ static int32_t external_position(const struct host *host, const INTERPOLATOR *re
 
 static void step(struct host *host, struct interpolator *in)
 {
-    const double seconds = interpolator_step_us(host) * 1e-6;
+    const double seconds = host->schedule->interpolator_us * 1e-6;
     const struct interp_inputs inputs = {
         .step = seconds,
         .override = override_of(in),
@@ -291,7 +285,7 @@ static void start_configured(struct host *host)
 
 static void slot(struct host *host)
 {
-    if (host->now_ns % (interpolator_step_us(host) * UINT64_C(1000)) != 0)
+    if (host->now_ns % (host->schedule->interpolator_us * UINT64_C(1000)) != 0)
         return;
     start_configured(host);
     for (size_t i = 0; i < host->interpolator_count; i++) {
@@ -411,7 +405,7 @@ static void clear(struct host *host)
 static uint32_t buffer_of(const struct host_config *config, size_t number)
 {
     static const uint32_t least = GENERATION(1000, 500), most = GENERATION(100000, 50000);
-    const uint32_t wanted = config->interpolator_buffer[number];
+    const uint32_t wanted = config->interpolator_items[number];
     if (wanted == 0)
         return INTERPOLATOR_BUFFER;
     return wanted < least ? least : wanted > most ? most : wanted;

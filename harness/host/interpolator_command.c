@@ -72,7 +72,8 @@ static enum result set_filter(const struct host *host, struct interpolator *in, 
     if (still != DONE)
         return still;
     return interp_iir_set(&in->iir, par[0] * MILLIONTH, par[1] * MILLIONTH, par[2] * MILLIONTH,
-                          (uint32_t)par[3], interpolator_step_us(host) * 1e-6, in->run.position)
+                          (uint32_t)par[3], host->schedule->interpolator_us * 1e-6,
+                          in->run.position)
                ? DONE
                : REFUSED;
 }
