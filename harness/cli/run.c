@@ -248,8 +248,9 @@ static int conclude(struct run *run, const struct experiment_result *result, con
         return complain(run->command, "%s", evidence->trouble);
     if (result->worker.end == WORKER_TIMEOUT || result->worker.end == WORKER_KILLED ||
         result->worker.end == WORKER_EXITED) {
-        fprintf(run->screen, "  %s ended or blocked the process it ran in\n",
-                entry_name(evidence->entry));
+        fprintf(run->screen, "  %s ended or blocked the process it ran in%s%s\n",
+                entry_name(evidence->entry), result->worker.reason[0] != '\0' ? ": " : "",
+                result->worker.reason);
         return EXIT_MODULE;
     }
     if (evidence->incident_count == 0 && evidence->calls[ENTRY_INI].last_value != 1) {

@@ -25,6 +25,7 @@
 #include <stdint.h>
 
 #define CAN_CHANNELS 2
+#define CAN_ENTRY_BYTES 16 /* of RECEIVE_DATA_CAN */
 #define CAN_RULES    64
 #define CAN_PENDING  128
 #define CAN_WHY      256

@@ -17,7 +17,7 @@ struct entry_can {
     uint32_t fresh; /* counts telegrams; the module may set it to 0 */
 };
 
-_Static_assert(sizeof(struct entry_can) == 16, "size of RECEIVE_DATA_CAN");
+_Static_assert(sizeof(struct entry_can) == CAN_ENTRY_BYTES, "size of RECEIVE_DATA_CAN");
 
 static void offer(struct host *host, unsigned channel, void *memory)
 {

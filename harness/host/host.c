@@ -192,7 +192,6 @@ bool host_call(struct host *host, enum entry entry)
     preempt_done(host, entry);
     evidence->entry = entry;
     evidence->stage = EVIDENCE_BETWEEN;
-    host->measured.program_ns[entry] = outcome.elapsed_ns;
     if (outcome.kind != MACHINE_RETURNED) {
         record_incident(host, entry, &outcome);
         return false;

@@ -92,7 +92,8 @@ static uint64_t at_slot(void *argument, uint64_t pc, uint64_t instructions)
     const uint64_t begin = realtime_now(host->real);
     if (begin - preempt->begun_ns[number] - preempt->away_ns[number] > REAL_HANG_NS)
         return MACHINE_ABANDON;
-    let_by(host, 0, pc, instructions);
+    if (realtime_due(host->real, host_next_slot_ns(host)))
+        let_by(host, 0, pc, instructions);
     preempt->away_ns[number] += realtime_now(host->real) - begin;
     realtime_alarm(host->real, host->machine, host_next_slot_ns(host));
     return MACHINE_NEVER;

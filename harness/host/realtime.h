@@ -84,7 +84,6 @@ struct measured {
     uint64_t period_ns;     /* from cycle to cycle */
     uint64_t servo_ns;      /* TG Motion's own work in the cycle, bus included */
     uint64_t servo_last_ns; /* in the one before */
-    uint64_t program_ns[6]; /* by enum entry, interrupts included */
 };
 
 void measure_begin(struct measured *measured, bool cycle_begins);

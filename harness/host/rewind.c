@@ -2,8 +2,8 @@
 /*
  * TG Motion anew: everything as it stood right before the first Program_Ini.
  *
- * The shared memories are all zeros then but for a few pages, of which there are copies; the host
- * itself is one struct without anything allocated in it.
+ * The shared memories, and what else lies outside the host's struct (memory_at), are all zeros then
+ * but for a few pages, of which there are copies. A part that allocates has its row there.
  */
 #include "host/host_parts.h"
 
@@ -13,7 +13,8 @@
 #define COPY_PAGE 4096
 
 struct page {
-    size_t memory, offset;
+    char *at;
+    size_t size;
     uint8_t bytes[COPY_PAGE];
 };
 
@@ -24,10 +25,26 @@ struct host_copy {
     struct page *pages;
 };
 
-static size_t page_size(const struct host *host, size_t memory, size_t offset)
+/* What lies outside the struct, by number: false past the end. */
+static bool memory_at(const struct host *host, size_t number, char **at, size_t *bytes)
 {
-    const size_t left = host->memory_bytes[memory] - offset;
-    return left < COPY_PAGE ? left : COPY_PAGE;
+    *at = NULL;
+    if (number < HOST_MEMORIES) {
+        *at = host->memory[number];
+        *bytes = host->memory_bytes[number];
+    } else if ((number -= HOST_MEMORIES) < CAN_CHANNELS) {
+        *at = host->can_memory[number];
+        *bytes = CAN_IDS * CAN_ENTRY_BYTES;
+    } else if ((number -= CAN_CHANNELS) < host->interpolator_count) {
+        const struct interp_path *path = &host->interpolators[number].path;
+        *at = (char *)path->parts;
+        *bytes = path->capacity * sizeof *path->parts;
+    } else {
+        return false;
+    }
+    if (*at == NULL)
+        *bytes = 0;
+    return true;
 }
 
 static bool is_zero(const void *at, size_t size)
@@ -36,22 +53,23 @@ static bool is_zero(const void *at, size_t size)
     return bytes[0] == 0 && memcmp(bytes, bytes + 1, size - 1) == 0;
 }
 
-/* Called for every page of the shared memories until it returns false. */
-typedef bool page_visit(struct host *host, struct host_copy *copy, size_t memory, size_t offset);
+/* Called for every page of them until it returns false. */
+typedef bool page_visit(struct host_copy *copy, char *at, size_t size);
 
-static bool each_page(struct host *host, struct host_copy *copy, page_visit *visit)
+static bool each_page(struct host *host, page_visit *visit)
 {
-    for (size_t i = 0; catalogue_memory(host->catalogue, i) != NULL; i++)
-        for (size_t offset = 0; offset < host->memory_bytes[i]; offset += COPY_PAGE)
-            if (!visit(host, copy, i, offset))
+    char *at;
+    size_t bytes;
+    for (size_t i = 0; memory_at(host, i, &at, &bytes); i++)
+        for (size_t offset = 0; offset < bytes; offset += COPY_PAGE)
+            if (!visit(host->copy, at + offset,
+                       bytes - offset < COPY_PAGE ? bytes - offset : COPY_PAGE))
                 return false;
     return true;
 }
 
-static bool keep_page(struct host *host, struct host_copy *copy, size_t memory, size_t offset)
+static bool keep_page(struct host_copy *copy, char *at, size_t size)
 {
-    const char *at = (const char *)host->memory[memory] + offset;
-    const size_t size = page_size(host, memory, offset);
     if (is_zero(at, size))
         return true;
     if (copy->count == copy->room) {
@@ -63,16 +81,14 @@ static bool keep_page(struct host *host, struct host_copy *copy, size_t memory, 
         copy->room = room;
     }
     struct page *page = &copy->pages[copy->count++];
-    page->memory = memory;
-    page->offset = offset;
+    page->at = at;
+    page->size = size;
     memcpy(page->bytes, at, size);
     return true;
 }
 
-static bool clear_page(struct host *host, struct host_copy *copy, size_t memory, size_t offset)
+static bool clear_page(struct host_copy *copy, char *at, size_t size)
 {
-    char *at = (char *)host->memory[memory] + offset;
-    const size_t size = page_size(host, memory, offset);
     (void)copy;
     if (!is_zero(at, size))
         memset(at, 0, size);
@@ -87,7 +103,7 @@ void rewind_keep(struct host *host)
     host->copy = copy;
     copy->host = *host;
     if ((host->bus != NULL && bus_keep(host->bus, &copy->bus) != 0) ||
-        !each_page(host, copy, keep_page)) {
+        !each_page(host, keep_page)) {
         rewind_free(host);
         return;
     }
@@ -104,10 +120,9 @@ bool rewind_back(struct host *host)
     *host = copy->host;
     host->sample = sample;
     host->sample_argument = argument;
-    each_page(host, copy, clear_page);
+    each_page(host, clear_page);
     for (size_t i = 0; i < copy->count; i++)
-        memcpy((char *)host->memory[copy->pages[i].memory] + copy->pages[i].offset,
-               copy->pages[i].bytes, page_size(host, copy->pages[i].memory, copy->pages[i].offset));
+        memcpy(copy->pages[i].at, copy->pages[i].bytes, copy->pages[i].size);
     if (host->bus != NULL)
         bus_rewind(host->bus, copy->bus);
     for (int entry = 0; entry < ENTRY_COUNT; entry++)

@@ -40,7 +40,7 @@ void statistics_call(struct host *host, enum entry entry, uint64_t elapsed_ns)
 static void statistics_cycle(struct host *host)
 {
     MAIN *m = &host->system->Main;
-    if (host->cycle == 0)
+    if (host->cycle == 0 || host->real != NULL) /* measure.c */
         return;
     m->Act_Timer_CycleTime = host->config.cycle_us;
     extreme(&m->Min_Timer_CycleTime, &m->Max_Timer_CycleTime, host->config.cycle_us);

@@ -80,9 +80,11 @@ void machine_interrupt_next(struct machine *machine, uint64_t after, machine_int
 
     if (!machine->config.interruptible || machine->level + 1 >= machine->level_count)
         return;
-    level->hook = hook;
-    level->argument = argument;
+    level->pending = false;
     level->after = after;
+    level->argument = argument;
+    atomic_signal_fence(memory_order_seq_cst);
+    level->hook = hook; /* from here on an alarm is heard */
 }
 
 uint64_t machine_instructions(const struct machine *machine)
@@ -95,9 +97,12 @@ void machine_level_begin(struct machine *machine)
     struct machine_level *level = running(machine);
 
     level->executed = 0;
-    level->inside = level->pending = false;
+    level->inside = false;
     level->stepping = level->stepped = level->hook != NULL && level->after != MACHINE_NEVER;
-    machine_state.enter_flags = level->stepping ? FLAGS_CLEAN | FLAG_TRAP : 0;
+    machine_state.enter_flags = 0;
+    atomic_signal_fence(memory_order_seq_cst);
+    if (level->stepping || level->pending) /* an alarm after this sets it itself */
+        machine_state.enter_flags = FLAGS_CLEAN | FLAG_TRAP;
 }
 
 void machine_level_end(struct machine *machine)
@@ -208,13 +213,14 @@ static void resume(struct machine *machine, ucontext_t *context)
     machine->resuming = false;
     memcpy(context->uc_mcontext.gregs, level->registers, sizeof level->registers);
     memcpy(context->uc_mcontext.fpregs, level->extended, level->extended_size);
-    trap_flag(context, level->stepping);
+    trap_flag(context, level->stepping || level->pending);
     machine_state.active = 1;
 }
 
-static bool in_trampoline(uint64_t ip)
+/* On the way out of the call: nothing is to be interrupted any more. */
+static bool leaving(uint64_t ip)
 {
-    return ip >= (uint64_t)machine_trampoline_begin && ip < (uint64_t)machine_trampoline_end;
+    return ip >= (uint64_t)machine_returned && ip < (uint64_t)machine_trampoline_end;
 }
 
 /* One instruction done. False: the trap flag is the module's own. */
@@ -227,7 +233,7 @@ static bool step(struct machine *machine, ucontext_t *context, uint64_t ip)
         return false;
     level->executed += level->inside;
     level->inside = inside;
-    if (in_trampoline(ip) && ip >= (uint64_t)machine_returned)
+    if (leaving(ip))
         level->stepping = level->pending = false;
     if (inside && (level->pending || level->executed >= level->after)) {
         if (stop(machine, context))
@@ -242,8 +248,13 @@ static void alarm_came(struct machine *machine, ucontext_t *context, uint64_t ip
 {
     struct machine_level *level = running(machine);
 
-    if (!machine_state.active || level->hook == NULL)
+    if (level->hook == NULL || leaving(ip))
         return;
+    if (!machine_state.active) { /* on the way in, or between an interrupt and the rest */
+        level->pending = true;
+        machine_state.enter_flags = FLAGS_CLEAN | FLAG_TRAP;
+        return;
+    }
     if (machine_incident.service_depth == 0 && machine_executes(machine, ip, 1) &&
         stop(machine, context))
         return;

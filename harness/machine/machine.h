@@ -198,8 +198,9 @@ uint64_t machine_instructions(const struct machine *machine);
 /* An alarm by the wall clock, for machine_seal()ed processes, too, when opened before. 0 or
  * negative errno. */
 int machine_alarm_open(struct machine *machine, char why[MACHINE_WHY]);
-/* Interrupts the call in progress, or a later one, at that time of CLOCK_MONOTONIC, as soon as no
- * host service runs for it; 0: no more. What comes while nothing may be interrupted is lost. */
+/* Interrupts the call that is in progress or planned for (machine_interrupt_next) at that time of
+ * CLOCK_MONOTONIC, as soon as no host service runs for it; 0: no more. What comes when there is no
+ * such call is lost. */
 void machine_alarm_at(struct machine *machine, uint64_t monotonic_ns);
 
 /* Deepest use of the module stack so far, in bytes (from the untouched part of its fill pattern).

@@ -24,6 +24,12 @@
         .globl  machine_trampoline_begin
 machine_trampoline_begin:
 
+/* Before machine_returned, behind which a trap flag is none of the call's any more. */
+stepped:
+        pushq   STATE_ENTER_FLAGS(%rcx)
+        popfq
+        jmp     begin
+
 /* struct machine_left machine_enter(void *function, void *argument) */
         .globl  machine_enter
         .type   machine_enter, @function
@@ -136,11 +142,6 @@ back:   pop     %r15
         pop     %rbp
         pop     %rbx
         ret
-
-stepped:
-        pushq   STATE_ENTER_FLAGS(%rcx)
-        popfq
-        jmp     begin
 
 broken: mov     %rbx, STATE_SEEN+0(%rcx)
         mov     %rbp, STATE_SEEN+8(%rcx)
