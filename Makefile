@@ -76,13 +76,25 @@ TERMINALS := $(wildcard harness/bus/terminals/*.device)
 HOST_SRC := product.c schedule.c extent.c catalogue.c text16.c evidence.c plant.c host_select.c osc.c experiment.c \
     profile_shape.c \
     profile_motion.c \
-    gear_motion.c
+    gear_motion.c \
+    channel.c \
+    drive_error.c \
+    can.c \
+    can_script.c
 # What touches registers: once for each layout of the shared memories.
 LAYOUT_SRC := host.c host_rows.c memories.c services.c timers.c servo.c dio.c \
     motion.c \
     scope.c \
     command.c \
-    capture.c
+    capture.c \
+    console.c \
+    channels.c \
+    general.c \
+    servo_error.c \
+    safety.c \
+    statistics.c \
+    eeprom.c \
+    can_memory.c
 LAYOUTS := gen4 gen5_905 gen5_906
 REPORT_SRC := text.c json.c
 CLI_SRC := main.c options.c output.c check.c run.c inspect.c inspect_text.c inspect_json.c rules.c new.c registers.c \

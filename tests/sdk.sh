@@ -73,7 +73,9 @@ run make -C "$work/m" MODULE_CFLAGS=-O0
 run make -C "$work/m" TGM_GENERATION=5
 [ "$before" != "$(cksum <"$work/m/build/sin.tgm")" ] && pass "another generation builds anew" || fail "another generation builds anew"
 run make -C "$work/m" TGM_GENERATION=5 check
-expect "generation 5 is not judged, and says so" 2 "not judged or run yet" "Error 3"
+expect "generation 5 is judged as what it is" 0 "RESULT: PASS" "profile=pc5"
+run make -C "$work/m" TARGET=pe64 check
+expect "another target is not judged, and says so" 2 "not judged or run yet" "Error 3"
 
 line=$(grep -n '^long Program_01' "$template" | cut -d: -f1)
 sed 's/^long Program_01/long program_01/' "$template" >"$work/m/sin.c"

@@ -140,6 +140,22 @@ ip link add tgm2 type veth peer name tgm3 || exit 1
 start_bus frames-by-hand --timing real drive-cia402 dio-8x8 && stranger "frames by hand" python3 tests/strangers/frames.py tgm1
 rm -f "$captures/frames-by-hand.pcap" # malformed on purpose
 
+# A bad day on the bus of a module, for the dissector: what comes back is still well-formed.
+cat >"$work/day.faults" <<'EOT'
+at 100ms lose 3 frames
+at 150ms duplicate 2 frames
+at 200ms delay frames by 50us for 10ms
+at 250ms damage 5 frames after 1
+at 300ms unplug after 1 for 50ms
+at 600ms power cycle 2 for 20ms
+at 900ms drive 1 fault 0x3210
+at 1s drop 1 to SAFEOP code 0x001B
+EOT
+if [ -e "$build/template/shuttle.tgm" ]; then
+    if "$tgm" run "$build/template/shuttle.tgm" --for 2s --faults "$work/day.faults" --pcap "$captures/faults.pcap" >"$out" 2>&1
+    then pass "a capture of a bad day"; else fail "a capture of a bad day"; fi
+fi
+
 line="drive-cia402 dio-8x8 drive-cia402 dio-8x8"
 # shellcheck disable=SC2086
 start_bus walk-soem $line && stranger "SOEM over its own port" "$strangers/soem_walk" tgm1 $line

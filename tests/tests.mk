@@ -102,6 +102,9 @@ HOST_MODULES := $(foreach layout,4 905 906 906_text8,$(patsubst tests/host_modul
 HOST_TESTS := test_scope test_host \
     test_motion \
     test_gear
+HOST_TESTS += test_services
+HOST_TESTS += test_can
+HOST_TESTS += test_eeprom
 host_module_4 := -DTGM_GENERATION=4
 host_module_905 := -DTGM_GENERATION=5 -DTGM_MEMORY_ID=905
 host_module_906 := -DTGM_GENERATION=5 -DTGM_MEMORY_ID=906

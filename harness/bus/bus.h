@@ -104,6 +104,13 @@ struct bus_slave {
     unsigned losses, recoveries; /* how often it was lost, and brought back to OP */
     unsigned axes; /* CiA 402 axes found in its mapping (0x6040, 0x6840 ...); 0 for terminals */
     unsigned input_bits, output_bits; /* process data lengths */
+    bool has_clock;                   /* takes part in the distributed clock */
+};
+
+/* What went over the wire since bus_open(). */
+struct bus_statistics {
+    uint64_t sent, received; /* frames of the master */
+    int64_t reference_ns;    /* time of the reference clock, as the last exchange brought it */
 };
 
 /* Place of one mapped object (or of raw terminal bits) in the process image. */
@@ -134,6 +141,19 @@ struct bus_entry bus_find(const struct bus *bus, size_t slave, enum bus_directio
 struct bus_entry bus_bits(const struct bus *bus, size_t slave, enum bus_direction direction,
                           unsigned first, unsigned count);
 
+/* What is mapped: entry n of a slave in the order of its process data, gaps left out. False past the
+ * end. `place.bits` is 0 for an entry longer than 64 bits. */
+struct bus_mapped {
+    uint16_t index;
+    uint8_t subindex;
+    uint32_t first; /* bit within the slave's process data of that direction */
+    struct bus_entry place;
+};
+bool bus_entry_at(const struct bus *bus, size_t slave, enum bus_direction direction, unsigned n,
+                  struct bus_mapped *entry);
+/* Where the process data of a slave begin in the logical address space. */
+uint32_t bus_logical_address(const struct bus *bus, size_t slave, enum bus_direction direction);
+
 /* Raw value, zero extended; sign extension by the caller (bus_entry_sign). Inline cost, no checks
  * beyond bits == 0 (reads 0, writes nothing). */
 uint64_t bus_entry_get(struct bus_entry entry);
@@ -152,6 +172,7 @@ void bus_request_op(struct bus *bus);
 void bus_send(struct bus *bus, uint64_t now_ns);
 int bus_receive(struct bus *bus, uint64_t now_ns);
 int bus_expected_wkc(const struct bus *bus);
+struct bus_statistics bus_statistics(const struct bus *bus);
 
 /* Asks for the AL states of all slaves, beside the process data; bus_slave() has them after one of
  * the next exchanges. State and code become 0, and the slave is lost, when it does not answer. */

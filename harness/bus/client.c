@@ -198,6 +198,7 @@ static int configure(struct bus *bus, char why[BUS_WHY])
     for (size_t i = 0; i < bus->slave_count; i++) {
         bus->slave[i].output_bits = bus->slavelist[i + 1].Obits;
         bus->slave[i].input_bits = bus->slavelist[i + 1].Ibits;
+        bus->slave[i].has_clock = bus->slavelist[i + 1].hasdc;
     }
     return reach(bus, AL_SAFEOP, why);
 }

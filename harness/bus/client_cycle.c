@@ -55,6 +55,13 @@ int bus_expected_wkc(const struct bus *bus)
     return bus->grouplist[0].outputsWKC * 2 + bus->grouplist[0].inputsWKC;
 }
 
+struct bus_statistics bus_statistics(const struct bus *bus)
+{
+    return (struct bus_statistics){ .sent = bus->port.sent,
+                                    .received = bus->port.received,
+                                    .reference_ns = bus->dctime };
+}
+
 int bus_set_input(struct bus *bus, size_t slave, unsigned channel, int64_t value)
 {
     struct slave *s = &bus->rack.slaves[slave];

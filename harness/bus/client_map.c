@@ -196,6 +196,30 @@ struct bus_entry bus_find(const struct bus *bus, size_t slave, enum bus_directio
     return none;
 }
 
+bool bus_entry_at(const struct bus *bus, size_t slave, enum bus_direction direction, unsigned n,
+                  struct bus_mapped *entry)
+{
+    const struct client_entry *e;
+
+    if (slave >= bus->slave_count || n >= bus->map[slave][direction].count)
+        return false;
+    e = &bus->map[slave][direction].entry[n];
+    *entry = (struct bus_mapped){ .index = e->index,
+                                  .subindex = e->subindex,
+                                  .first = e->first,
+                                  .place =
+                                      bus_bits(bus, slave, direction, e->first, e->bits) };
+    return true;
+}
+
+/* The one group begins at logical address 0, laid out like the image. */
+uint32_t bus_logical_address(const struct bus *bus, size_t slave, enum bus_direction direction)
+{
+    struct bus_entry first = bus_bits(bus, slave, direction, 0, 1);
+
+    return first.bits ? (uint32_t)(first.byte - bus->image) : 0;
+}
+
 uint64_t bus_entry_get(struct bus_entry entry)
 {
     if (entry.bit == 0) {

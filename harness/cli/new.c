@@ -4,7 +4,8 @@
  *
  * The files come from templates/<language>/ and templates/project/ beside the program's SDK. In
  * them and in their names, "shuttle" becomes the project's name; in the project files, @SDK@,
- * @GENERATION@ and @TGM@ are filled in. Nothing is ever overwritten: the folder must not exist.
+ * @GENERATION@, @PROFILE@ and @TGM@ are filled in. Nothing is ever overwritten: the folder must not
+ * exist.
  */
 #define _GNU_SOURCE 1
 #include <ctype.h>
@@ -118,11 +119,14 @@ static char *filled_in(const struct project *project, const char *text)
              strcmp(project->generation, "4") == 0 ? "" : project->generation,
              strcmp(project->generation, "4") == 0 ? "" : "\n");
     snprintf(sdk, sizeof sdk, "%s/sdk", project->share);
-    const char *const pairs[][2] = {
-        { "../../sdk", sdk },          { "@SDK@", sdk },
-        { "@TGM@", project->program }, { "@GENERATION@", project->generation },
-        { "include $(SDK)", include }, { STEM, project->name }
-    };
+    const char *const pairs[][2] = { { "../../sdk", sdk },
+                                     { "@SDK@", sdk },
+                                     { "@TGM@", project->program },
+                                     { "@GENERATION@", project->generation },
+                                     { "@PROFILE@",
+                                       strcmp(project->generation, "4") == 0 ? "pc4" : "pc5" },
+                                     { "include $(SDK)", include },
+                                     { STEM, project->name } };
     char *now = strdup(text);
     for (size_t i = 0; i < sizeof pairs / sizeof *pairs && now != NULL; i++) {
         char *next = replaced(now, pairs[i][0], pairs[i][1]);
@@ -275,11 +279,8 @@ static int create(const struct project *project, const char *language)
     if (r != 0)
         return complain(project->command, "the project in '%s' is not complete: %s", project->name,
                         strerror(-r));
-    const bool judged = strcmp(project->generation, "4") == 0;
-    printf("%s/ is a project for generation %s. Next:\n  cd %s\n  make%s\n", project->name,
-           project->generation, project->name, judged ? " check" : "");
-    if (!judged)
-        printf("generation 5 is built and inspected, not judged or run yet (docs/targets.md)\n");
+    printf("%s/ is a project for generation %s. Next:\n  cd %s\n  make check\n", project->name,
+           project->generation, project->name);
     return EXIT_OK;
 }
 

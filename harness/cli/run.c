@@ -54,10 +54,10 @@ static void show_message(const struct run *run, const struct evidence_message *m
 {
     if (message->cycle == EVIDENCE_NO_CYCLE)
         fprintf(run->screen, "%s  before the cycles  %-11s  %s\n", run->terminal ? "\r\033[K" : "",
-                entry_name(message->entry), message->text);
+                evidence_speaker(message), message->text);
     else
         fprintf(run->screen, "%s  cycle %-11" PRIu64 "  %-11s  %s\n",
-                run->terminal ? "\r\033[K" : "", message->cycle, entry_name(message->entry),
+                run->terminal ? "\r\033[K" : "", message->cycle, evidence_speaker(message),
                 message->text);
 }
 

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 #include "host/evidence.h"
 
+#include "host/console.h"
+
 static void end_text(char *text, size_t size)
 {
     text[size - 1] = '\0';
@@ -45,6 +47,9 @@ void evidence_clean(struct evidence *evidence)
     for (unsigned i = 0; i < ENTRY_COUNT; i++)
         clean_bool(&evidence->calls[i].disabled);
     clean_bool(&evidence->all_op);
+    clean_bool(&evidence->eeprom.saved);
+    if (evidence->eeprom.size > EVIDENCE_EEPROM)
+        evidence->eeprom.size = EVIDENCE_EEPROM;
     if (evidence->axis_count > EVIDENCE_AXES)
         evidence->axis_count = EVIDENCE_AXES;
     if (evidence->incident_count > EVIDENCE_INCIDENTS)
@@ -53,9 +58,28 @@ void evidence_clean(struct evidence *evidence)
         clean_incident(&evidence->incidents[i]);
     for (unsigned i = 0; i < EVIDENCE_MESSAGES; i++) {
         clean_entry(&evidence->messages[i].entry);
+        clean_bool(&evidence->messages[i].of_host);
         end_text(evidence->messages[i].text, EVIDENCE_TEXT);
     }
     for (unsigned i = 0; i < EVIDENCE_FAULTS; i++)
         end_text(evidence->faults[i].text, sizeof evidence->faults[i].text);
     end_text(evidence->trouble, sizeof evidence->trouble);
+}
+
+const char *evidence_speaker(const struct evidence_message *message)
+{
+    if (!message->of_host)
+        return entry_name(message->entry);
+    switch (message->source) {
+    case CONSOLE_SERVO:
+        return "servo";
+    case CONSOLE_EEPROM:
+        return "EEPROM";
+    case CONSOLE_MASTER:
+        return "EtherCAT";
+    case CONSOLE_SLAVES:
+        return "slave";
+    default:
+        return "TG Motion";
+    }
 }

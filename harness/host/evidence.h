@@ -22,6 +22,7 @@
 #define EVIDENCE_TEXT      240
 #define EVIDENCE_AXES      4
 #define EVIDENCE_FAULTS    128
+#define EVIDENCE_EEPROM    2752
 
 /* Where in the run something was. Cycle counts from 0; before the first cycle it is
  * EVIDENCE_NO_CYCLE. */
@@ -46,6 +47,8 @@ struct evidence_message {
     enum entry entry;
     uint64_t cycle;
     int32_t severity;
+    bool of_host;    /* of TG Motion itself; entry is then of no meaning */
+    uint32_t source; /* enum console_source, or what the module gave as id */
     char text[EVIDENCE_TEXT]; /* UTF-8, without trailing line ends */
 };
 
@@ -53,6 +56,13 @@ struct evidence_message {
 struct evidence_fault {
     int64_t time_ns; /* simulated; below 0: before the first cycle */
     char text[BUS_FAULT_TEXT];
+};
+
+/* What is stored in the EEPROM: from the file at first, then what was saved. */
+struct evidence_eeprom {
+    bool saved;    /* something was, in this run */
+    uint32_t size; /* bytes; 0: never saved */
+    uint8_t data[EVIDENCE_EEPROM];
 };
 
 enum evidence_stage {
@@ -86,6 +96,8 @@ struct evidence {
     uint64_t fault_count; /* all; the first EVIDENCE_FAULTS are stored */
     struct evidence_fault faults[EVIDENCE_FAULTS];
 
+    struct evidence_eeprom eeprom;
+
     uint64_t op_cycle;   /* first cycle with every slave in OP, EVIDENCE_NO_CYCLE when never */
     uint64_t wkc_errors; /* exchanges with a working counter below the expected one, once in OP */
     uint64_t sleeps_in_04_05; /* SleepFt where it is forbidden */
@@ -94,6 +106,9 @@ struct evidence {
 
     char trouble[MACHINE_WHY]; /* the harness itself could not go on: why; "" when all is well */
 };
+
+/* Who a message is from: "Program_04", "EtherCAT master" ... */
+const char *evidence_speaker(const struct evidence_message *message);
 
 /* Makes a block that a worker wrote safe to read. */
 void evidence_clean(struct evidence *evidence);

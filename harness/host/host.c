@@ -6,6 +6,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* AL states are read every so many cycles: more often than anything reacts to them. */
+enum { POLL_CYCLES = 4 };
+
 static int parts_open(struct host *host, char why[HOST_WHY])
 {
     int r = 0;
@@ -56,8 +59,6 @@ static int bus_ready(struct host *host, char why[HOST_WHY])
     }
     host->evidence->slaves = (unsigned)bus_slave_count(host->bus);
     host->system->Main.Found_Total_Number_Of_ECAT_Devices = host->evidence->slaves;
-    host->system->Main.StateDistributedClock = 1;
-    host->system->Main.Distributed_Clock = 1;
     host->bus_zero = bus_now(host->bus);
     return 0;
 }
@@ -174,6 +175,7 @@ static bool call(struct host *host, enum entry entry)
         record_incident(host, entry, &outcome);
         return false;
     }
+    statistics_call(host, entry, outcome.elapsed_ns);
     evidence->calls[entry].count++;
     evidence->calls[entry].last_value = (int32_t)outcome.value;
     return true;
@@ -232,10 +234,13 @@ static void receive(struct host *host)
     EACH_PART(host, cycle);
     if (host->bus != NULL && host->cycle > 0) {
         const int wkc = bus_receive(host->bus, host->bus_zero + host->now_ns);
-        host->exchanged = host->exchanged || wkc > 0;
+        host->frame_back = wkc > 0;
+        host->silent_cycles = host->frame_back ? 0 : host->silent_cycles + 1;
+        host->exchanged = host->exchanged || host->frame_back;
         if (wkc < bus_expected_wkc(host->bus) && host->evidence->op_cycle != EVIDENCE_NO_CYCLE)
             host->evidence->wkc_errors++;
-        bus_poll_states(host->bus);
+        if (host->cycle % POLL_CYCLES == 0)
+            bus_poll_states(host->bus);
         note_bus(host);
     }
     EACH_PART(host, receive);

@@ -13,7 +13,8 @@
  *
  * Which slave becomes which register group: the list of servos, where there is one, otherwise bus
  * order; every CiA 402 axis is the next SERVO, every slave without axes that has process data is
- * the next DIO.
+ * the next DIO. In generation 5 what is no plain terminal, or past the announced number of those, is
+ * the next GENERAL_DEVICE (docs/decisions.md, C8).
  */
 #ifndef HARNESS_HOST_HOST_H
 #define HARNESS_HOST_HOST_H
@@ -99,6 +100,9 @@ struct host_config {
     const struct servo_modes *modes; /* NULL: servo_modes_default */
     const char *faults,
         *faults_name; /* what goes wrong on the bus (docs/faults.md); NULL: nothing */
+    const void *eeprom; /* what is stored there, eeprom_size bytes; NULL: nothing yet */
+    size_t eeprom_size;
+    const char *can, *can_name; /* script of the CAN buses (can.h); NULL: there are none */
     bool without_bus; /* no slaves are made: for experiments that only call Program_Ini */
     struct mutation mutation;
     struct pcap *capture; /* where the frames of the bus go; NULL: nowhere */

@@ -15,6 +15,10 @@
 #define TGM_HOST
 #include <tgm_plc.h>
 
+#include "host/can.h"
+#include "host/channel.h"
+#include "host/console.h"
+#include "host/general.h"
 #include "host/host_ops.h"
 #include "host/motion.h"
 #include "host/osc.h"
@@ -54,15 +58,49 @@ struct axis {
     double sent_speed;
     bool tracking; /* the set-point follows the axis because it is not enabled */
     bool asked;    /* it was to be enabled when the outputs left */
+
+    /* safety.c: the stop that is being carried out, 0: none; and its set-point. */
+    uint32_t stopping;
+    double stop_at, stop_speed, stop_deceleration;
+
     struct axis_motion motion;
+};
+
+/* Some digital bits and their place in a word of the register group. */
+struct terminal_piece {
+    struct bus_entry place;
+    uint8_t word, shift;
+};
+
+#define TERMINAL_PIECES 128
+#define TERMINAL_ANALOG 16
+#define TERMINAL_GAUGES 8
+
+/* Inputs or outputs. */
+struct terminal_side {
+    struct terminal_piece pieces[TERMINAL_PIECES];
+    unsigned piece_count, bits;
+    struct bus_entry analog[TERMINAL_ANALOG];
+    unsigned analog_count;
 };
 
 /* An I/O register group and the terminal behind it. */
 struct terminal {
     DIO *reg;
     size_t slave;
-    struct bus_entry in[DIO_WORDS], out[DIO_WORDS]; /* bits == 0 past the end */
+    struct terminal_side side[2]; /* by enum bus_direction */
+    struct bus_entry gauges[TERMINAL_GAUGES];
+    unsigned gauge_count;
 };
+
+/* SERVO.Error: what is known of the fault of a drive, and the question for its code. */
+struct axis_error {
+    bool faulty, asked, stale;
+    uint32_t bit;
+    struct bus_job job;
+};
+
+#define HOST_CHANNELS (2 * (HOST_AXES + HOST_TERMINALS))
 
 struct host;
 
@@ -108,6 +146,34 @@ struct host {
     struct terminal terminals[HOST_TERMINALS];
     size_t terminal_count;
 
+    bool taken[BUS_MAX_SLAVES]; /* slaves that are servos or I/O units */
+
+    struct channel channels[HOST_CHANNELS];
+    size_t channel_count;
+    struct axis_error errors[HOST_AXES]; /* as axes */
+    struct general generals[GENERAL_DEVICES];
+    size_t general_count;
+
+    uint32_t console_slots, console_written; /* of the ring in TGM_ODS */
+
+    bool frame_back;        /* the exchange of this cycle brought something back */
+    unsigned silent_cycles; /* exchanges in a row that did not */
+    bool link_broken;
+    uint16_t said_state[BUS_MAX_SLAVES]; /* AL states that messages have told */
+    uint64_t frames_sent;
+    bool has_clock; /* a slave has one */
+    int64_t reference_zero;
+    uint32_t clock_difference[BUS_MAX_SLAVES];
+    struct bus_job clock_job;
+    bool clock_asked;
+    size_t clock_slave;
+    uint64_t clock_due_ns;
+
+    uint32_t eeprom_control; /* what is being done; 0: nothing */
+    uint64_t eeprom_due_ns;
+
+    struct can can;
+    void *can_memory[CAN_CHANNELS];
     struct osc osc;
 
     uint64_t cycle, now_ns, timer_ms;
@@ -120,9 +186,36 @@ struct host {
 extern const struct host_part *const host_parts[];
 extern const struct host_part host_scope;
 extern const struct host_part host_timers, host_servo, host_capture, host_motion, host_dio;
+extern const struct host_part host_console, host_statistics, host_eeprom, host_safety, host_general,
+    host_channels, host_can;
 
 /* services.c: fills the functions of a PLC_DATA; the services act for this host from now on. */
 void services_bind(struct host *host, PLC_DATA *data);
+
+/* console.c: text of the module; id_and_severity as in generation 5. Reads text to its end. */
+void console_text16(struct host *host, uint32_t id_and_severity, const uint16_t *text);
+void console_text8(struct host *host, uint32_t id_and_severity, const char *text);
+/* A message of TG Motion itself, in ASCII, if MAIN.Log_Ctrl has one of the bits of `log`. */
+void console_log(struct host *host, uint32_t log, enum console_source source,
+                 enum console_severity severity, const char *format, ...)
+    __attribute__((format(printf, 5, 6)));
+
+/* channels.c: tells of a request that has ended. */
+void channel_log(struct host *host, const struct channel *channel, enum channel_event event);
+
+/* servo_error.c: SERVO.Error of a drive in fault, in every cycle of it; and of one that is not. */
+void servo_faulty(struct host *host, struct axis *axis);
+void servo_faultless(struct host *host, struct axis *axis);
+
+/* safety.c: what becomes of the set-point of a servo that runs. */
+double safety_set_point(const struct host *host, struct axis *axis, double wanted);
+
+/* statistics.c: a function of the module has been called. */
+void statistics_call(struct host *host, enum entry entry, uint64_t elapsed_ns);
+
+/* can_memory.c: the PLC sends a telegram; 1 when it was taken. */
+int32_t can_send(struct host *host, uint32_t number, uint32_t id, uint32_t length,
+                 const uint8_t *data, bool remote);
 
 /* servo.c: whether the PLC wants the axis enabled; whether it is, and follows its set-point. */
 bool servo_wanted(const struct host *host, const struct axis *axis);

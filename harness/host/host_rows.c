@@ -2,11 +2,18 @@
 #include "host/host_parts.h"
 
 const struct host_part *const host_parts[] = {
+    &host_console,
     &host_timers,
+    &host_statistics,
+    &host_eeprom,
+    &host_can,
+    &host_safety,
     &host_servo,
     &host_capture,
     &host_motion,
     &host_dio,
+    &host_general,
+    &host_channels,
     &host_scope,
     NULL,
 };

@@ -56,6 +56,7 @@ struct product {
     /* TGM_Oscilloscope, bytes: unless configured, and from where to where it may be. */
     uint32_t osc_bytes, osc_least, osc_most;
     bool text8;              /* text of the module API: UTF-8, else UTF-16 */
+    unsigned can_buffer;     /* CAN telegrams that wait to be sent, at most; 0 is 1 */
     uint32_t product_id;     /* HEADER.Product_Id of 5.02 */
     const char *device_name; /* what pcGetDeviceInfo_v returns; NULL: it has none */
     const char *ini_name;    /* what its configuration file is called */

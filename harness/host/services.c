@@ -12,60 +12,27 @@
 /* Services have no context argument: they act for the one host of this worker process. */
 static struct host *service_host;
 
-/* Where the next message goes, NULL when there is no room; it is counted in any case. */
-static struct evidence_message *next_message(int32_t severity)
-{
-    struct evidence *evidence = service_host->evidence;
-    const uint64_t at = evidence->message_count++;
-    if (at >= EVIDENCE_MESSAGES)
-        return NULL;
-    struct evidence_message *message = &evidence->messages[at];
-    message->entry = evidence->entry;
-    message->cycle = evidence->cycle;
-    message->severity = severity;
-    return message;
-}
-
-static void trim(struct evidence_message *message, size_t length)
-{
-    while (length > 0 && (message->text[length - 1] == '\n' || message->text[length - 1] == '\r'))
-        message->text[--length] = '\0';
-}
-
-static void record_text16(int32_t severity, const uint16_t *text)
-{
-    struct evidence_message *message = next_message(severity);
-    if (message != NULL)
-        trim(message, text16_to_utf8(message->text, sizeof message->text, text));
-}
-
 #if TGM_GENERATION == 5
-/* The whole text is read, as the real console does: a module that forgot its end is found. */
-static void record_text8(int32_t severity, const char *text)
-{
-    struct evidence_message *message = next_message(severity);
-    const size_t length = strlen(text);
-    const size_t room = sizeof message->text - 1;
-    if (message == NULL)
-        return;
-    memcpy(message->text, text, length < room ? length : room);
-    message->text[length < room ? length : room] = '\0';
-    trim(message, strlen(message->text));
-}
-
 static int32_t service_string(uint32_t id_and_severity, const tgm_char *text)
 {
     machine_service_enter(service_host->machine, "pRtWprintf_String_Severity",
                           __builtin_return_address(0));
-    const int32_t severity = (int32_t)(id_and_severity >> ODS_SEVERITY_SHIFT & ODS_SEVERITY_MASK);
     if (service_host->config.product->text8)
-        record_text8(severity, (const char *)text);
+        console_text8(service_host, id_and_severity, (const char *)text);
     else
-        record_text16(severity, text);
+        console_text16(service_host, id_and_severity, text);
     machine_service_leave(service_host->machine);
     return 0;
 }
 #else
+
+static void print(int32_t severity, const tgm_wchar *text)
+{
+    console_text16(service_host,
+                   CONSOLE_PLC | ((uint32_t)severity & CONSOLE_SEVERITY_MASK)
+                                     << CONSOLE_SEVERITY_SHIFT,
+                   text);
+}
 
 static int32_t service_string(const tgm_wchar *text)
 {
@@ -73,7 +40,7 @@ static int32_t service_string(const tgm_wchar *text)
     int32_t length = 0;
     while (text[length] != 0)
         length++;
-    record_text16(0, text);
+    print(0, text);
     machine_service_leave(service_host->machine);
     return length;
 }
@@ -83,7 +50,7 @@ static int32_t service_long(const tgm_wchar *format, int32_t value)
     tgm_wchar text[SERVICE_TEXT];
     machine_service_enter(service_host->machine, "pRtWprintf_Long", __builtin_return_address(0));
     int32_t length = text16_format(text, SERVICE_TEXT, format, value);
-    record_text16(0, text);
+    print(0, text);
     machine_service_leave(service_host->machine);
     return length;
 }
@@ -107,7 +74,7 @@ static int32_t service_ex(int32_t severity, const tgm_wchar *format, ...)
     va_start(arguments, format);
     int32_t length = text16_vformat(text, SERVICE_TEXT, format, arguments);
     va_end(arguments);
-    record_text16(severity, text);
+    print(severity, text);
     machine_service_leave(service_host->machine);
     return length;
 }
@@ -126,11 +93,22 @@ static void service_sleep(GENERATION(TGM_LARGE_INTEGER, PLC_LARGE_INTEGER) * pau
     machine_service_leave(service_host->machine);
 }
 
-/* Reserved by the manual: nothing is connected, so nothing is sent (R9). */
 static int32_t service_can(uint32_t number, uint32_t id, uint32_t dlc, uint8_t *data)
 {
-    (void)number, (void)id, (void)dlc, (void)data;
-    return 0;
+    machine_service_enter(service_host->machine, "pCAN_Transmit", __builtin_return_address(0));
+    const int32_t sent = can_send(service_host, number, id, dlc, data, false);
+    machine_service_leave(service_host->machine);
+    return sent;
+}
+
+static int32_t service_can_remote(uint32_t number, uint32_t id, uint32_t dlc, uint8_t *data)
+{
+    (void)data;
+    machine_service_enter(service_host->machine, "pCAN_TransmitRemote",
+                          __builtin_return_address(0));
+    const int32_t sent = can_send(service_host, number, id, dlc, NULL, true);
+    machine_service_leave(service_host->machine);
+    return sent;
 }
 
 #if TGM_GENERATION == 5 && TGM_MEMORY_ID == 906
@@ -162,7 +140,7 @@ void services_bind(struct host *host, PLC_DATA *data)
 #endif
     functions->pSleepFt = service_sleep;
     functions->pCAN_Transmit = service_can;
-    functions->pCAN_TransmitRemote = service_can;
+    functions->pCAN_TransmitRemote = service_can_remote;
 #if TGM_GENERATION == 5 && TGM_MEMORY_ID == 906
     data->pGetFunctionOrInfo = service_info;
 #endif

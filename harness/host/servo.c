@@ -54,6 +54,7 @@ static int axis_open(struct host *host, size_t slave, unsigned number, char why[
     struct axis *axis = axis_new(host, slave, why);
     if (axis == NULL)
         return -E2BIG;
+    host->taken[slave] = true;
     axis->control = bus_find(host->bus, slave, BUS_OUTPUT, base + 0x40, 0);
     axis->mode = bus_find(host->bus, slave, BUS_OUTPUT, base + 0x60, 0);
     axis->target = bus_find(host->bus, slave, BUS_OUTPUT, base + 0x7A, 0);
@@ -204,10 +205,10 @@ static void axis_receive(struct host *host, struct axis *axis)
     reg->DigitalIn = (uint32_t)bus_entry_get(axis->inputs);
     if ((status & STATUS_FAULT) != 0 && (status & 0x4F) != 0x4F) {
         reg->Status = SERVO_FAULT;
-        reg->Error = UINT32_C(0x80000000); /* "other": the drive's own code is not mapped (M13) */
+        servo_faulty(host, axis);
     } else {
         reg->Status = (status & 0x6F) == STATUS_ENABLED ? SERVO_READY_ENABLE : SERVO_READY_DISABLE;
-        reg->Error = 0;
+        servo_faultless(host, axis);
     }
     receive_position(axis, host_cycle_seconds(host));
 }
@@ -255,7 +256,8 @@ static void axis_send(struct host *host, struct axis *axis)
     SERVO *reg = axis->reg;
     const double cycle = host_cycle_seconds(host);
     const bool follow = !servo_runs(host, axis);
-    const double next = follow ? reg->Position : set_point(host, axis);
+    const double next =
+        follow ? reg->Position : safety_set_point(host, axis, set_point(host, axis));
     const double speed = follow || axis->tracking ? 0 : (next - axis->sent) / cycle;
     reg->WriteSpeed = speed;
     reg->WriteAcc = (speed - axis->sent_speed) / cycle;

@@ -144,22 +144,23 @@ endif
 
 # The verdict covers what verify.sh refuses, too, and says it with clause and line: so it is asked
 # about the module as linked.
-tgm_judged = $(if $(filter elf64,$(TARGET)),$(if $(filter 4,$(TGM_GENERATION)),yes))
-tgm_need = @[ "$(tgm_judged)" = yes ] || { echo "TARGET=$(TARGET) with TGM_GENERATION=$(TGM_GENERATION) is built and inspected," \
+tgm_judged = $(if $(filter elf64,$(TARGET)),yes)
+TGM_PROFILE ?= $(if $(filter 4,$(TGM_GENERATION)),pc4,$(if $(filter 905,$(TGM_MEMORY_ID)),pc500,pc5))
+tgm_need = @[ "$(tgm_judged)" = yes ] || { echo "TARGET=$(TARGET) is built and inspected," \
     "not judged or run yet (docs/targets.md)" >&2; exit 3; }; command -v $(TGM) >/dev/null || \
     { echo "$(TGM) is not there: build the harness first (make in its own folder) or set TGM=path/to/tgm" >&2; exit 2; }
 
 check: $(tgm_linked)
 	$(tgm_need)
-	$(TGM) check $(CHECK_FLAGS) $(tgm_linked)
+	$(TGM) check --profile $(TGM_PROFILE) $(CHECK_FLAGS) $(tgm_linked)
 
 run: $(tgm_file)
 	$(tgm_need)
-	$(TGM) run $(RUN_FLAGS) $(tgm_file)
+	$(TGM) run --profile $(TGM_PROFILE) $(RUN_FLAGS) $(tgm_file)
 
 debug: $(tgm_file)
 	$(tgm_need)
-	gdb -q -x $(TGM_SDK)/gdb/tgm.gdb --args $(TGM) run --in-process $(RUN_FLAGS) $(abspath $(tgm_file))
+	gdb -q -x $(TGM_SDK)/gdb/tgm.gdb --args $(TGM) run --in-process --profile $(TGM_PROFILE) $(RUN_FLAGS) $(abspath $(tgm_file))
 
 clean:
 	rm -rf $(BUILD)

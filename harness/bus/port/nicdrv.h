@@ -32,6 +32,8 @@ typedef struct {
     ec_bufT rxbuf[EC_MAXBUF];
     ec_bufT air;
 
+    uint64_t sent, received; /* frames */
+
     bool redundant;    /* a frame that comes back where it went in is sent into the other end */
     uint64_t one_sided; /* frames for which that was necessary */
 

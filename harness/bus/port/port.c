@@ -122,8 +122,10 @@ int ecx_outframe_red(ecx_portt *port, uint8 idx)
     port->rxbufstat[idx] = EC_BUF_TX;
     memcpy(port->air, port->txbuf[idx], length);
     memset(port->air + length, 0, padded - length);
+    port->sent++;
     if (!around(port, padded, &port->back_ns[idx]))
         return (int)padded;
+    port->received++;
     memcpy(port->rxbuf[idx], port->air + HEADER, length - HEADER);
     port->rxbufstat[idx] = EC_BUF_RCVD;
     return (int)padded;
