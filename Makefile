@@ -96,7 +96,9 @@ LAYOUT_SRC := host.c host_rows.c memories.c services.c timers.c servo.c dio.c \
     eeprom.c \
     can_memory.c
 LAYOUTS := gen4 gen5_905 gen5_906
-REPORT_SRC := text.c json.c
+REPORT_SRC := text.c json.c \
+    curves.c \
+    picture.c
 CLI_SRC := main.c options.c output.c check.c run.c inspect.c inspect_text.c inspect_json.c rules.c new.c registers.c \
     capture.c bus.c plot.c scope.c \
     device.c

@@ -264,6 +264,7 @@ static void samples_stay_in_step_across_the_trigger_when_some_are_kept(void **st
         assert_false(with(&osc, i));
     assert_true(with(&osc, 20));
     assert_int_equal(osc.recorded, 2);
+    assert_int_equal(osc.lag, 1);
     for (int32_t i = 21; i < 30; i++)
         with(&osc, i);
     assert_int_equal(osc.recorded, 5);

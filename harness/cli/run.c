@@ -14,9 +14,11 @@
 #include "cli/scope.h"
 #include "conformance/profile.h"
 #include "conformance/rules.h"
+#include "host/osc.h"
 
-#define RECORD_MAX 64
-#define RUN_WHY    1024
+#define RECORD_MAX  64
+#define SERVO_NAMES 48 /* what a name of every_servo() takes at most */
+#define RUN_WHY     1024
 
 /* One run on its way: what was asked for and what has been shown so far. */
 struct run {
@@ -28,7 +30,12 @@ struct run {
     struct output csv;
     const char *csv_path;
     const char *plot_path;
-    char plot_csv[32]; /* recorded here when only a picture is wanted, "" otherwise */
+    struct plot *plot;
+    const char *names; /* of the registers, with commas */
+    bool servos;       /* every servo is recorded: how many there are is not known before */
+    size_t shown;      /* of the recorded registers; 0 until the first row */
+    uint64_t rows;     /* so far */
+    double row_first, row_last; /* their times */
     struct host_osc osc;
     struct plant plant; /* with --bus */
     struct capture capture;
@@ -126,18 +133,59 @@ static void print_number(FILE *stream, double value)
     fputs(text, stream);
 }
 
-static void write_rows(struct run *run, const double *rows, size_t row_count)
+static const struct catalogue *catalogue_of(const struct run *run)
 {
-    const size_t width = 1 + run->recording.count;
-    for (size_t i = 0; i < row_count; i++, rows += width) {
-        fprintf(run->csv.stream, "%.6f", rows[0]);
-        for (size_t k = 1; k < width; k++) {
-            fputc(',', run->csv.stream);
-            print_number(run->csv.stream, rows[k]);
-        }
-        fputc('\n', run->csv.stream);
+    const struct product *product = run->experiment.host.product;
+    return catalogue_find(product->generation, (int)product->memory_id);
+}
+
+/* The first rows are here, or there are none: now it is known which registers are there. */
+static void begin_rows(struct run *run, const struct evidence *evidence)
+{
+    static char names[RECORD_MAX * SERVO_NAMES];
+    if (run->shown > 0)
+        return;
+    run->shown = run->recording.count;
+    snprintf(names, sizeof names, "%s", run->names);
+    if (run->servos) {
+        const size_t servos = evidence->servo_count > 0 ? evidence->servo_count : 1;
+        run->shown = 2 * servos < run->shown ? 2 * servos : run->shown;
+        char *end = names;
+        for (size_t i = 0; i < run->shown; i++)
+            end += strcspn(end, ",") + 1;
+        end[-1] = '\0';
     }
-    if (ferror(run->csv.stream))
+    if (run->csv.stream != NULL)
+        fprintf(run->csv.stream, "time_s,%s\n", run->servos ? names : run->names);
+    if (run->plot_path != NULL)
+        run->plot = plot_new(run->servos ? names : run->names, catalogue_of(run));
+}
+
+static void write_row(struct run *run, const double *row)
+{
+    fprintf(run->csv.stream, "%.6f", row[0]);
+    for (size_t k = 1; k <= run->shown; k++) {
+        fputc(',', run->csv.stream);
+        print_number(run->csv.stream, row[k]);
+    }
+    fputc('\n', run->csv.stream);
+}
+
+static void take_rows(struct run *run, const struct evidence *evidence, const double *rows,
+                      size_t row_count)
+{
+    begin_rows(run, evidence);
+    if (run->rows == 0)
+        run->row_first = rows[0];
+    run->rows += row_count;
+    for (; row_count > 0; row_count--, rows += 1 + run->recording.count) {
+        run->row_last = rows[0];
+        if (run->csv.stream != NULL)
+            write_row(run, rows);
+        if (run->plot != NULL)
+            plot_row(run->plot, rows);
+    }
+    if (run->csv.stream != NULL && ferror(run->csv.stream))
         run->csv_error = EXIT_CALL;
 }
 
@@ -146,7 +194,7 @@ static void progress(void *argument, const struct evidence *evidence, const doub
 {
     struct run *run = argument;
     if (row_count > 0)
-        write_rows(run, rows, row_count);
+        take_rows(run, evidence, rows, row_count);
     const double now = seconds();
     if (now - run->shown_at < (run->terminal ? 0.1 : 1.0))
         return;
@@ -157,46 +205,37 @@ static void progress(void *argument, const struct evidence *evidence, const doub
     show_status(run, evidence);
 }
 
-static const struct catalogue *catalogue_of(const struct run *run)
-{
-    const struct product *product = run->experiment.host.product;
-    return catalogue_find(product->generation, (int)product->memory_id);
-}
-
 /* "SERVO[0].Position,SERVO[0].WritePosition" */
-static int read_registers(struct run *run, const char *list)
+static int read_registers(struct run *run, const char *option, const char *list)
 {
     const struct product *product = run->experiment.host.product;
     const struct catalogue *catalogue = catalogue_of(run);
+    const size_t most = strcmp(option, "--osc") == 0 ? OSC_CHANNELS : RECORD_MAX;
     char why[CATALOGUE_WHY];
+    run->names = list;
     if (catalogue == NULL)
-        return complain(run->command, "--record: no register names for %s", product->title);
+        return complain(run->command, "%s: no register names for %s", option, product->title);
     if (list[0] == '\0' || list[strlen(list) - 1] == ',')
-        return complain(run->command, "--record needs register names with commas between them");
+        return complain(run->command, "%s needs register names with commas between them", option);
     while (*list != '\0') {
         char name[128];
         const size_t length = strcspn(list, ",");
-        if (run->recording.count == RECORD_MAX)
-            return complain(run->command, "--record takes at most %d registers", RECORD_MAX);
+        if (run->recording.count == most)
+            return complain(run->command, "%s takes at most %zu registers", option, most);
         if (length == 0 || length >= sizeof name)
             return complain(run->command,
-                            "--record needs register names with commas between them, not '%s'",
+                            "%s needs register names with commas between them, not '%s'", option,
                             list);
         memcpy(name, list, length);
         name[length] = '\0';
         if (catalogue_resolve(catalogue, name, &run->registers[run->recording.count], why) != 0)
-            return complain(run->command, "--record: %s", why);
+            return complain(run->command, "%s: %s", option, why);
         run->recording.count++;
         list += length + (list[length] == ',');
     }
     run->recording.registers = run->registers;
     run->recording.every = 1;
     return 0;
-}
-
-static void write_head(struct run *run, const char *list)
-{
-    fprintf(run->csv.stream, "time_s,%s\n", list);
 }
 
 static int tell_incident(const struct run *run, const struct evidence_incident *incident,
@@ -249,13 +288,43 @@ static int conclude(struct run *run, const struct experiment_result *result, con
     return status;
 }
 
+/* What TG Motion's oscilloscope has recorded; a trigger that never came is no fault of anybody. */
+static void tell_osc(const struct run *run)
+{
+    if (run->recording.osc == NULL)
+        return;
+    if (run->rows == 0)
+        fprintf(run->screen, "  oscilloscope: %s\n",
+                run->osc.triggered ? "the trigger did not come; nothing was recorded"
+                                   : "nothing was recorded");
+    else
+        fprintf(run->screen, "  oscilloscope: %" PRIu64 " samples, %.6g s to %.6g s%s\n", run->rows,
+                run->row_first, run->row_last, run->osc.triggered ? " of the trigger" : "");
+}
+
 static int draw_plot(const struct run *run, const char *module)
 {
     char title[FINDING_TEXT];
     const struct product *product = run->experiment.host.product;
+    if (run->plot == NULL)
+        return complain(run->command, "no memory for the picture");
     snprintf(title, sizeof title, "%s on %s, Cycle_Time %u us", module, product->title,
              run->experiment.host.cycle_us);
-    return plot_draw(run->command, run->csv_path, run->plot_path, title, catalogue_of(run));
+    return plot_draw(run->plot, run->command, run->plot_path, title);
+}
+
+/* CSV and picture. `status` is that of the run; a call in vain replaces nothing. */
+static int finish_recording(struct run *run, int status, const char *module)
+{
+    if (run->csv.stream != NULL) {
+        const int r = output_close(&run->csv, status != EXIT_CALL);
+        if (r != 0 || run->csv_error != 0)
+            status = complain(run->command, "cannot write '%s': %s", run->csv_path,
+                              r != 0 ? strerror(-r) : "write error");
+    }
+    if (run->plot_path != NULL && status != EXIT_CALL && draw_plot(run, module) != 0)
+        status = EXIT_CALL;
+    return status;
 }
 
 static int play(struct run *run, const char *path)
@@ -275,20 +344,14 @@ static int play(struct run *run, const char *path)
             return complain(run->command, "no worker process: %s", strerror(-r));
     }
     int status = conclude(run, &result, slash != NULL ? slash + 1 : path);
+    if (recording)
+        begin_rows(run, &result.evidence);
+    if (status != EXIT_CALL)
+        tell_osc(run);
     r = capture_close(&run->capture);
     if (r != 0 && r != -EBADMSG) /* that one is the worker's, and told */
         status = complain(run->command, "cannot write '%s': %s", run->pcap_path, strerror(-r));
-    if (run->csv.stream != NULL) {
-        r = output_close(&run->csv, status != EXIT_CALL); /* a call in vain replaces nothing */
-        if (r != 0 || run->csv_error != 0)
-            status = complain(run->command, "cannot write '%s': %s", run->csv_path,
-                              r != 0 ? strerror(-r) : "write error");
-        else if (run->plot_path != NULL && status != EXIT_CALL)
-            r = draw_plot(run, slash != NULL ? slash + 1 : path);
-        if (run->plot_path != NULL && r != 0)
-            status = EXIT_CALL;
-    }
-    return status;
+    return finish_recording(run, status, slash != NULL ? slash + 1 : path);
 }
 
 static int open_module(struct run *run, const struct profile *profile, const char *path,
@@ -331,45 +394,28 @@ static int refuse_self(const struct run *run, const char *option, const char *fi
                : 0;
 }
 
-/* A picture alone: the recording lies in a file of its own until it is drawn. */
-static int make_plot_csv(struct run *run)
-{
-    snprintf(run->plot_csv, sizeof run->plot_csv, "/tmp/tgm-plot-XXXXXX");
-    const int fd = mkstemp(run->plot_csv);
-    if (fd < 0) {
-        run->plot_csv[0] = '\0';
-        return complain(run->command, "cannot make a temporary file: %s", strerror(errno));
-    }
-    close(fd);
-    run->csv_path = run->plot_csv;
-    return 0;
-}
-
-static int open_files(struct run *run, const char *module, const char *record)
+static int open_files(struct run *run, const char *module)
 {
     int status = refuse_self(run, "--csv", run->csv_path, module);
     if (status == 0)
         status = refuse_self(run, "--pcap", run->pcap_path, module);
+    if (status == 0)
+        status = refuse_self(run, "--plot", run->plot_path, module);
     if (status != 0)
         return status;
-    if (run->plot_path != NULL && run->csv_path == NULL && make_plot_csv(run) != 0)
-        return EXIT_CALL;
     const char *path = run->csv_path;
     int r = path != NULL ? output_open(&run->csv, path) : 0;
-    if (r == 0 && path != NULL)
-        write_head(run, record);
     if (r == 0 && run->pcap_path != NULL)
         r = capture_open(&run->capture, path = run->pcap_path, 0);
     return r == 0 ? 0 : complain(run->command, "cannot write '%s': %s", path, strerror(-r));
 }
 
-static int start(struct run *run, const struct profile *profile, const char *path,
-                 const char *record)
+static int start(struct run *run, const struct profile *profile, const char *path)
 {
     struct image *image = NULL;
     int status = open_module(run, profile, path, &image);
     if (status == 0)
-        status = open_files(run, path, record);
+        status = open_files(run, path);
     const bool taken = run->csv.stream == stdout || run->capture.output.stream == stdout;
     run->screen = taken ? stderr : stdout;
     run->terminal = isatty(fileno(run->screen)) != 0;
@@ -377,8 +423,7 @@ static int start(struct run *run, const struct profile *profile, const char *pat
     if (status == 0)
         status = play(run, path);
     output_close(&run->csv, false);
-    if (run->plot_csv[0] != '\0')
-        unlink(run->plot_csv);
+    plot_free(run->plot);
     capture_close(&run->capture);
     if (image != NULL)
         image_close(image);
@@ -390,12 +435,66 @@ static bool is_stdout(const char *path)
     return path != NULL && strcmp(path, "-") == 0;
 }
 
+/* What is to be recorded, as the command line says it. */
+struct wanted {
+    const char *record, *osc, *trigger; /* NULL: not said */
+    uint64_t every, pretrigger;         /* 0: not said */
+};
+
+/* "SERVO[0].WritePosition,SERVO[0].Position,SERVO[1]...": all that there may be. */
+static const char *every_servo(const struct product *product)
+{
+    static char names[RECORD_MAX * SERVO_NAMES];
+    for (unsigned i = 0, at = 0; i < product->max_servo && i < RECORD_MAX / 2; i++)
+        at += (unsigned)snprintf(names + at, sizeof names - at,
+                                 "%sSERVO[%u].WritePosition,SERVO[%u].Position", i > 0 ? "," : "",
+                                 i, i);
+    return names;
+}
+
+static int read_osc(struct run *run, const struct wanted *wanted)
+{
+    run->osc = (struct host_osc){ .channels = run->registers,
+                                  .count = run->recording.count,
+                                  .every = wanted->every > 0 ? (uint32_t)wanted->every : 1,
+                                  .pretrigger = (uint32_t)wanted->pretrigger };
+    run->recording.osc = &run->osc;
+    return wanted->trigger == NULL
+               ? 0
+               : scope_read_trigger(run->command, catalogue_of(run), wanted->trigger, &run->osc);
+}
+
+static int choose_recording(struct run *run, const struct wanted *wanted)
+{
+    const struct command *command = run->command;
+    const char *names = wanted->osc != NULL ? wanted->osc : wanted->record;
+    int status;
+    if (wanted->osc != NULL && wanted->record != NULL)
+        return complain(command, "--osc and --record exclude each other");
+    if (wanted->osc == NULL && (wanted->trigger || wanted->every || wanted->pretrigger))
+        return complain(command, "--osc-trigger, --osc-pretrigger and --osc-every belong to --osc");
+    run->servos = names == NULL && run->plot_path != NULL;
+    if (run->servos)
+        names = every_servo(run->experiment.host.product);
+    if ((names == NULL) != (run->csv_path == NULL && run->plot_path == NULL))
+        return complain(command,
+                        "%s and --csv or --plot go together: which registers, and where to",
+                        wanted->osc != NULL ? "--osc" : "--record");
+    if (names == NULL)
+        return 0;
+    if (run->in_process)
+        return complain(command, "--in-process does not record");
+    if (run->plot_path != NULL && (status = plot_possible(command, run->plot_path)) != 0)
+        return status;
+    status = read_registers(run, wanted->osc != NULL ? "--osc" : "--record", names);
+    return status == 0 && wanted->osc != NULL ? read_osc(run, wanted) : status;
+}
+
 int command_run(const struct command *command, int argc, char **argv)
 {
     static struct run run;
-    const char *profile_name = "pc4", *record = NULL, *bus = NULL, *module = NULL, *faults = NULL;
-    const char *osc = NULL, *osc_trigger = NULL;
-    uint64_t osc_every = 1, osc_before = 0;
+    const char *profile_name = "pc4", *bus = NULL, *module = NULL, *faults = NULL;
+    struct wanted wanted = { 0 };
     char *script = NULL;
     uint64_t duration = UINT64_C(2000000000), cycle_us = 0, seed = DEFAULT_SEED;
     const struct option table[] = {
@@ -404,20 +503,20 @@ int command_run(const struct command *command, int argc, char **argv)
         { "--cycle", OPTION_NUMBER, "US", "Cycle_Time in microseconds: 250, 500 (default) or 1000",
           &cycle_us, 0, 0 },
         { "--record", OPTION_TEXT, "NAMES",
-          "registers to record, as in 'SERVO[0].Position,DIO[0].In0'", &record, 0, 0 },
+          "registers to record, as in 'SERVO[0].Position,DIO[0].In0'", &wanted.record, 0, 0 },
         { "--csv", OPTION_TEXT, "FILE", "where the recording goes, - for standard output",
           &run.csv_path, 0, 0 },
         { "--plot", OPTION_TEXT, "FILE",
-          "draw the recording: .png or .svg; without --record: where SERVO[0] goes", &run.plot_path,
-          0, 0 },
-        { "--osc", OPTION_TEXT, "NAMES", "record with TG Motion's oscilloscope instead", &osc, 0,
-          0 },
-        { "--osc-every", OPTION_NUMBER, "N", "cycles from sample to sample (default 1)", &osc_every,
-          1, UINT32_MAX },
+          "draw it: .png or .svg; without --record: where every servo is and is to be",
+          &run.plot_path, 0, 0 },
+        { "--osc", OPTION_TEXT, "NAMES", "record with TG Motion's oscilloscope instead",
+          &wanted.osc, 0, 0 },
+        { "--osc-every", OPTION_NUMBER, "N", "cycles from sample to sample (default 1)",
+          &wanted.every, 1, UINT32_MAX },
         { "--osc-trigger", OPTION_TEXT, "WHEN", "start at an edge, as in 'DIO[0].In0 rising 0.5'",
-          &osc_trigger, 0, 0 },
-        { "--osc-pretrigger", OPTION_NUMBER, "N", "samples from before the trigger (pc5)",
-          &osc_before, 0, 0xffffff },
+          &wanted.trigger, 0, 0 },
+        { "--osc-pretrigger", OPTION_NUMBER, "N", "samples from before the trigger (5.02: pc5)",
+          &wanted.pretrigger, 1, 0xffffff },
         { "--pcap", OPTION_TEXT, "FILE", "capture of the bus for Wireshark, - for standard output",
           &run.pcap_path, 0, 0 },
         { "--seed", OPTION_NUMBER, "N", "seed of places, poison and machine (default 0x1d2f)",
@@ -447,39 +546,11 @@ int command_run(const struct command *command, int argc, char **argv)
         cycle_us = product->default_cycle_us;
     if (cycle_us > UINT32_MAX || !product_allows_cycle(product, (uint32_t)cycle_us))
         return complain(command, "--cycle must be 250, 500 or 1000, not %" PRIu64, cycle_us);
-    if (osc != NULL && record != NULL)
-        return complain(command, "--osc and --record exclude each other");
-    if (osc == NULL && (osc_trigger != NULL || osc_before != 0))
-        return complain(command, "--osc-trigger and --osc-pretrigger belong to --osc");
-    if (osc != NULL)
-        record = osc;
-    if (record == NULL && run.plot_path != NULL && run.csv_path == NULL)
-        record = "SERVO[0].WritePosition,SERVO[0].Position,SERVO[0].Speed";
-    if ((record == NULL) != (run.csv_path == NULL && run.plot_path == NULL))
-        return complain(command,
-                        "%s and --csv or --plot go together: which registers, and where to",
-                        osc != NULL ? "--osc" : "--record");
-    if (run.plot_path != NULL && is_stdout(run.csv_path))
-        return complain(command, "--plot needs the recording in a file, not on standard output");
-    if (run.plot_path != NULL && (status = plot_possible(command, run.plot_path)) != 0)
-        return status;
+    run.experiment.host.product = product;
     if (is_stdout(run.csv_path) && is_stdout(run.pcap_path))
         return complain(command, "--csv and --pcap cannot both go to standard output");
-    if (run.in_process && record != NULL)
-        return complain(command, "--in-process does not record");
-    run.experiment.host.product = product;
-    if (record != NULL && (status = read_registers(&run, record)) != 0)
+    if ((status = choose_recording(&run, &wanted)) != 0)
         return status;
-    if (osc != NULL) {
-        run.osc = (struct host_osc){ .channels = run.registers,
-                                     .count = run.recording.count,
-                                     .every = (uint32_t)osc_every,
-                                     .pretrigger = (uint32_t)osc_before };
-        run.recording.osc = &run.osc;
-        if (osc_trigger != NULL &&
-            (status = scope_read_trigger(command, catalogue_of(&run), osc_trigger, &run.osc)) != 0)
-            return status;
-    }
     if (faults != NULL && (script = read_text(command, "fault script", faults)) == NULL)
         return EXIT_CALL;
     run.experiment.host.faults = script;
@@ -491,7 +562,7 @@ int command_run(const struct command *command, int argc, char **argv)
         return status;
     run.experiment.host.plant = bus != NULL ? &run.plant : &plant_default;
     run.experiment.cycles = (duration + cycle_us * 1000 - 1) / (cycle_us * 1000);
-    status = start(&run, profile, module, record);
+    status = start(&run, profile, module);
     free(script);
     return status;
 }

@@ -189,6 +189,7 @@ static void begin(struct osc *osc)
      * follows (O5). */
     if (!osc->kept)
         osc->since = osc->setup.every - 1;
+    osc->lag = osc->setup.every - 1 - osc->since;
 }
 
 static void record(struct osc *osc)

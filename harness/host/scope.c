@@ -260,7 +260,7 @@ void scope_row(const struct host *host, size_t index, double *row)
 {
     const struct osc *osc = &host->osc;
     const size_t place = (osc->start + index) % osc->samples;
-    *row++ = ((double)index - osc->kept) * (osc->setup.every * host_cycle_seconds(host));
+    *row++ = (((double)index - osc->kept) * osc->setup.every + osc->lag) * host_cycle_seconds(host);
     for (uint32_t i = 0; i < osc->setup.channel_count; i++) {
         const size_t step = osc->stride != 0 ? osc->stride : osc->width[i];
         const struct osc_source stored = { osc->setup.memory + osc->offset[i] + place * step,
