@@ -21,6 +21,7 @@ $(FIXTURE_DIR)/%.tgm: conformance/fixtures/%.c conformance/fixtures/base.h sdk/i
 # Each test program: its own source and what of the rooms it needs (all of them: they are small).
 UNIT_TESTS := test_osc test_text16 test_catalogue test_fixtures \
     test_profile \
+    test_curves \
     test_schedule
 SDK_TESTS := test_sdk_mem test_sdk_text test_sdk_motion test_sdk_start test_sdk_start5 test_sdk_start8
 IMAGE_TESTS := test_image test_image_real test_image_bad test_image_damage test_image_memory \

@@ -7,7 +7,8 @@
 /* Pixels. */
 enum {
     WIDTH = 1200,
-    LEFT = 130, /* at least: labels of the y axis */
+    LEFT = 150, /* at least: labels of the y axis */
+    LABEL = 22, /* where what is on the axis stands */
     RIGHT = 30,
     HEAD = 58,
     FOOT = 56,
@@ -305,7 +306,8 @@ static void lane_axis(FILE *gnuplot, const struct picture *picture, const struct
     fprintf(gnuplot, ")\n");
 }
 
-/* "Position (inc)" when all are one register of several servos, else "inc". */
+/* "Position (inc)" when all are one register of several servos, else "inc". Gnuplot's own label of
+ * an axis would be left out when wide numbers leave it no room. */
 static void axis_label(FILE *gnuplot, const struct picture *picture, const struct panel *panel)
 {
     char label[256];
@@ -316,9 +318,9 @@ static void axis_label(FILE *gnuplot, const struct picture *picture, const struc
             part = "";
     snprintf(label, sizeof label, unit[0] == '\0' || part[0] == '\0' ? "%s%s" : "%s (%s)", part,
              unit);
-    fprintf(gnuplot, "set ylabel ");
+    fputs("set label 3 ", gnuplot);
     quoted(gnuplot, panel->lanes ? "" : label);
-    fputc('\n', gnuplot);
+    fprintf(gnuplot, " at screen %.6f, graph 0.5 center rotate by 90\n", (double)LABEL / WIDTH);
 }
 
 /* Set-points lie wide under what follows them, so that both are seen. */
