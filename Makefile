@@ -20,7 +20,7 @@ ALL_CFLAGS = -std=gnu11 $(OPT) -ffp-contract=off $(WARN) $(INCLUDE) -MMD -MP $(C
 XML     := -isystem /usr/include/libxml2
 BUS_CFLAGS = -DEC_VER2 -Iharness/bus/port -isystem third_party/soem/soem -isystem third_party/soem/osal $(XML)
 SOEM_CFLAGS = -std=gnu11 -O2 -g -w -DEC_VER2 -Iharness -Iharness/bus/port -Ithird_party/soem/soem -Ithird_party/soem/osal $(CFLAGS)
-LIBS    := -lelf -ldw -lcapstone -lsodium -lseccomp -ljansson -lxml2 -lm
+LIBS    := -lelf -ldw -lcapstone -lsodium -lseccomp -ljansson -linih -lxml2 -lm
 
 # --- sources -------------------------------------------------------------------------------------
 
@@ -39,8 +39,10 @@ IMAGE_SRC := image.c image_sort.c image_text.c elf.c elf_kinds.c elf_header.c el
     stack_state.c \
     stack_values.c \
     stack_walk.c
-MACHINE_SRC := load.c poison.c regions.c call.c fault.c attribute.c watchdog.c sandbox.c filter.c confine.c worker.c
-BUS_SRC := client.c client_cycle.c client_jobs.c client_map.c client_watch.c fiber.c segment.c slave.c registers.c sii.c syncman.c fmmu.c al.c dc.c \
+MACHINE_SRC := load.c poison.c regions.c call.c fault.c attribute.c watchdog.c sandbox.c filter.c confine.c worker.c \
+    interrupt.c \
+    reload.c
+BUS_SRC := client.c client_cycle.c client_jobs.c client_map.c client_watch.c client_rewind.c fiber.c segment.c slave.c registers.c sii.c syncman.c fmmu.c al.c dc.c \
     watchdog.c mailbox.c coe.c coe_info.c od.c pdo.c cia402.c axis.c devices.c dev_drive.c drive.c drive_cyclic.c \
     drive_homing.c drive_od.c drive_profile.c wire.c \
     faults.c \
@@ -73,7 +75,9 @@ BUS_SRC := client.c client_cycle.c client_jobs.c client_map.c client_watch.c fib
     esi_xml.c \
     busfile.c
 TERMINALS := $(wildcard harness/bus/terminals/*.device)
-HOST_SRC := product.c schedule.c extent.c catalogue.c text16.c evidence.c plant.c host_select.c osc.c experiment.c \
+HOST_SRC := realtime.c shm.c product.c schedule.c extent.c servo_wire.c \
+    config.c config_keys.c config_check.c \
+    catalogue.c text16.c evidence.c plant.c host_select.c osc.c experiment.c \
     profile_shape.c \
     profile_motion.c \
     gear_motion.c \
@@ -82,7 +86,11 @@ HOST_SRC := product.c schedule.c extent.c catalogue.c text16.c evidence.c plant.
     can.c \
     can_script.c
 # What touches registers: once for each layout of the shared memories.
-LAYOUT_SRC := host.c host_rows.c memories.c services.c timers.c servo.c dio.c \
+LAYOUT_SRC := measure.c \
+    plc.c \
+    preempt.c \
+    rewind.c \
+    host.c host_rows.c memories.c services.c timers.c servo.c dio.c \
     motion.c \
     scope.c \
     command.c \
@@ -100,8 +108,12 @@ REPORT_SRC := text.c json.c \
     curves.c \
     picture.c
 CLI_SRC := main.c options.c output.c check.c run.c inspect.c inspect_text.c inspect_json.c rules.c new.c registers.c \
+    clock.c \
+    config.c \
+    configuration.c \
     capture.c bus.c plot.c scope.c \
-    device.c
+    device.c \
+    eeprom.c
 CONFORMANCE_SRC := profile.c rules.c findings.c incidents.c rules_file.c rules_start.c rules_cycle.c check.c
 SOEM_SRC := ethercatbase.c ethercatcoe.c ethercatconfig.c ethercatdc.c ethercatmain.c ethercatprint.c ethercatsoe.c
 
@@ -160,7 +172,8 @@ FUZZERS := fuzz_image fuzz_text \
     fuzz_segment \
     fuzz_faults \
     fuzz_code \
-    fuzz_device
+    fuzz_device \
+    fuzz_text16
 .PHONY: fuzz
 fuzz: $(addprefix $(BUILD)/fuzz/,$(FUZZERS)) ## fuzz the readers of module files and fault scripts, the SDK's text and the bus segment for FUZZ_SECONDS each (default 300)
 	$(Q)for fuzzer in $(FUZZERS); do mkdir -p $(BUILD)/fuzz/corpus-$$fuzzer; \
@@ -277,6 +290,11 @@ $(BUILD)/fuzz/fuzz_text: tests/fuzz_text.c sdk/src/number.c sdk/src/text16.c sdk
 	@mkdir -p $(@D)
 	@echo "  FUZZ   $@"
 	$(Q)$(FUZZ_CC) -DTGM_HOST -o $@ $(filter %.c,$^) -lm
+
+$(BUILD)/fuzz/fuzz_text16: tests/fuzz_text16.c harness/host/text16.c | $(BUILD)/.deps-test
+	@mkdir -p $(@D)
+	@echo "  FUZZ   $@"
+	$(Q)$(FUZZ_CC) -o $@ $(filter %.c,$^) -lm
 
 # The simulated bus alone, without the SOEM client.
 $(BUILD)/fuzz/fuzz_faults: tests/fuzz_faults.c $(addprefix harness/bus/,$(filter-out client% port/% view.c live% rack.c fiber.c,$(BUS_SRC))) harness/bus/terminals.S | $(BUILD)/.deps-test

@@ -30,6 +30,13 @@ static double seconds(void)
     return (double)t.tv_sec + (double)t.tv_nsec * 1e-9;
 }
 
+/* Under a configuration there is one Cycle_Time, and one of the cycle experiments has it. */
+static void one_cycle_only(struct check *check, int i)
+{
+    check->inapplicable[i] = i != EXPERIMENT_CYCLE_500;
+    check->experiments[i].name = "cycle";
+}
+
 static void plan_experiments(struct check *check, const struct check_options *options)
 {
     enum { ANY, ONLY_4 };
@@ -50,15 +57,21 @@ static void plan_experiments(struct check *check, const struct check_options *op
         const uint32_t cycle_us = rows[i].cycle_us;
         check->inapplicable[i] = rows[i].generations == ONLY_4 && product->generation != 4;
         e->name = rows[i].name;
+        e->host = (struct host_config){ .plant = &plant_default };
+        if (options->around != NULL)
+            e->host = *options->around;
         e->host.product = product;
-        e->host.cycle_us = cycle_us != 0 ? cycle_us : product->default_cycle_us;
+        if (options->around == NULL)
+            e->host.cycle_us = cycle_us != 0 ? cycle_us : product->default_cycle_us;
+        else if (cycle_us != 0)
+            one_cycle_only(check, i);
         e->host.seed = options->seed;
-        e->host.plant = &plant_default;
-        e->host.without_bus = cycle_us == 0;
+        /* What a bus file announces is known when the bus is there. */
+        e->host.without_bus = cycle_us == 0 && !e->host.plant->as_found;
         e->host.mutation = rows[i].mutation;
         if (cycle_us != 0)
             e->cycles = options->cycles != 0 ? options->cycles
-                                             : CHECK_SECONDS * UINT64_C(1000000) / cycle_us;
+                                             : CHECK_SECONDS * UINT64_C(1000000) / e->host.cycle_us;
     }
 }
 
@@ -167,6 +180,17 @@ static void add_reproduction(const struct check_options *options, const struct r
     shell_word(dashed, path, sizeof path);
     int at = snprintf(finding->again, sizeof finding->again,
                       "tgm check %s --rule %s --seed 0x%" PRIx64, path, rule->id, options->seed);
+    if (strcmp(options->profile->name, "pc4") != 0 && at < FINDING_TEXT)
+        at += snprintf(finding->again + at, (size_t)(FINDING_TEXT - at), " --profile %s",
+                       options->profile->name);
+    if (options->around_path != NULL && at < FINDING_TEXT) {
+        if (strlen(options->around_path) * 4 + 8 > sizeof path) {
+            finding->again[0] = '\0';
+            return;
+        }
+        shell_word(options->around_path, path, sizeof path);
+        at += snprintf(finding->again + at, (size_t)(FINDING_TEXT - at), " --config %s", path);
+    }
     if (finding->has_cycle && at < FINDING_TEXT)
         snprintf(finding->again + at, (size_t)(FINDING_TEXT - at), " --cycles %" PRIu64,
                  finding->cycle + 1);

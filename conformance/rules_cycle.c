@@ -115,7 +115,7 @@ static void judge(const struct case_file *file, enum incident_class class,
                   struct findings *findings)
 {
     for (int id = 0; id < EXPERIMENT_COUNT; id++) {
-        if ((ON_GOOD_RUNS & (1u << id)) == 0)
+        if ((ON_GOOD_RUNS & (1u << id)) == 0 || file->inapplicable[id])
             continue;
         if (!file->ran[id]) {
             finding_not_judged(findings, "%s", file->cannot_run);

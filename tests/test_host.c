@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /* The emulated TG Motion as a module finds it, on every product. */
 #include <errno.h>
+#include <math.h>
 
+#include "host/servo_wire.h"
 #include "tests/host_rig.h"
 
 static const char *const products[] = { "pc4",     "pc500",         "pc5",
@@ -211,6 +213,139 @@ static void memories_have_the_sizes_of_the_configuration(void **state)
     rig_close(rig);
 }
 
+/* Enables a servo, moves it by 100000 increments in 200 cycles, and comes back. */
+static void servo_goes(struct rig *rig, unsigned number)
+{
+    char name[64], set[64];
+    double begin;
+#define REG(member) (snprintf(name, sizeof name, "SERVO[%u]." member, number), name)
+    rig_until(rig, REG("EtherCATState"), 8, 1000);
+    rig_cycles(rig, 10);
+    begin = rig_get(rig, REG("Position"));
+    snprintf(set, sizeof set, "SERVO[%u].WritePosition", number);
+    rig_set(rig, set, begin);
+    rig_set(rig, REG("Mode"), 1);
+    rig_until(rig, REG("Status"), 3, 100);
+    for (unsigned i = 1; i <= 200; i++) {
+        rig_set(rig, set, begin + 500 * i);
+        rig_cycles(rig, 1);
+    }
+    rig_cycles(rig, 400);
+    assert_true(fabs(rig_get(rig, REG("Position")) - begin - 100000) < 50);
+    assert_int_equal(rig_get(rig, REG("Status")), 3);
+    rig_set(rig, REG("Mode"), 0);
+    rig_until(rig, REG("Status"), 2, 100);
+#undef REG
+}
+
+static void every_kind_of_drive_moves(void **state)
+{
+    static const struct {
+        const char *device;
+        uint32_t type; /* of the list of servos; 0: no list */
+        unsigned axes;
+        bool native;
+    } rows[] = {
+        { "drive-cia402", 0, 1, false },  { "drive-cia402x2", 0, 2, false },
+        { "drive-ideal", 9, 1, false },   { "tgz-1", 0, 1, false },
+        { "tgz-2", 0, 2, false },         { "tgz-1-native", 0, 1, true },
+        { "tgz-2-native", 0, 2, true },   { "tgz-1", 9, 1, true },
+        { "tgz-2-native", 99, 2, false }, { "tgz-1-native", 99, 1, false },
+    };
+    (void)state;
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        const struct bus_device device = { .type = rows[i].device };
+        const struct plant plant = { .devices = &device,
+                                     .device_count = 1,
+                                     .servos = rows[i].axes };
+        const struct host_servo servos[] = { { .type = rows[i].type, .node = 1, .axis = 1 },
+                                             { .type = rows[i].type, .node = 1, .axis = 2 } };
+        const struct host_config config = { .product = product_find("pc5"),
+                                            .plant = &plant,
+                                            .servos = rows[i].type != 0 ? servos : NULL,
+                                            .servo_count = rows[i].axes };
+        struct rig *rig = rig_open("idle", &config);
+
+        rig_start(rig);
+        if (strncmp(rows[i].device, "tgz", 3) == 0)
+            assert_true(rig_get(rig, "SERVO[0].ResolutionBits") == 20);
+        for (unsigned axis = 0; axis < rows[i].axes; axis++)
+            servo_goes(rig, axis);
+        /* Bit 5, "initialised", is the native map's; 0x40 is CiA 402's "switch on disabled". */
+        if (rows[i].native)
+            assert_int_equal((int)rig_get(rig, "SERVO[0].StatusWord") & 0x30, 0x30);
+        rig_close(rig);
+    }
+}
+
+static void a_configured_resolution_is_that_of_the_registers(void **state)
+{
+    static const struct {
+        const char *device;
+        uint32_t type, resolution;
+    } rows[] = { { "tgz-1", 9, 65536 }, { "tgz-1", 99, 65536 }, { "drive-cia402", 3, 1000000 } };
+    (void)state;
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        const struct bus_device device = { .type = rows[i].device };
+        const struct plant plant = { .devices = &device, .device_count = 1, .servos = 1 };
+        const struct host_servo servo = {
+            .type = rows[i].type, .node = 1, .axis = 1, .resolution = rows[i].resolution
+        };
+        const struct host_config config = { .plant = &plant, .servos = &servo, .servo_count = 1 };
+        struct rig *rig = rig_open("idle", &config);
+
+        rig_start(rig);
+        assert_true(rig_get(rig, "SERVO[0].Resolution") == rows[i].resolution);
+        assert_true(rig_get(rig, "SERVO[0].Type") == rows[i].type);
+        rig_close(rig);
+    }
+}
+
+static void a_node_is_an_alias_before_it_is_a_place(void **state)
+{
+    const struct bus_device devices[] = { { .type = "dio-8x8" },
+                                          { .type = "drive-cia402" },
+                                          { .type = "drive-ideal", .alias = 2 } };
+    const struct plant plant = { .devices = devices, .device_count = 3, .servos = 2, .dios = 1 };
+    const struct {
+        struct host_servo servo;
+        size_t slave;
+    } rows[] = {
+        { { .type = 9, .node = 1 }, 0 },        { { .type = 9, .node = 2 }, 2 },
+        { { .type = 9, .node = 3 }, 2 },        { { .type = 9, .node = 4 }, NO_SLAVE },
+        { { .type = 9, .node = 0 }, NO_SLAVE }, { { .type = 91, .node = 7 }, 1 },
+        { { .type = 92, .node = 2 }, 1 },
+    };
+    (void)state;
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++)
+        assert_int_equal(wire_slave(&plant, &rows[i].servo), rows[i].slave);
+}
+
+/* A raw position is what the drive sends; the register has it in its own increments. */
+static void native_outputs_inputs_and_faults_are_in_the_servo_group(void **state)
+{
+    const struct bus_device device = { .type = "tgz-1-native" };
+    const struct plant plant = { .devices = &device, .device_count = 1, .servos = 1 };
+    const struct host_config config = {
+        .product = product_find("tgzmotion"),
+        .plant = &plant,
+        .faults = "at 3s drive 1 fault 0x3110\n",
+        .faults_name = "test",
+    };
+    struct rig *rig = rig_open("idle", &config);
+    (void)state;
+    rig_start(rig);
+    servo_goes(rig, 0);
+    rig_until(rig, "SERVO[0].Status", 1, 8000);
+    assert_true(rig_get(rig, "SERVO[0].Error") == 0x80000000u);
+    rig_set(rig, "SERVO[0].Control", 1);
+    rig_until(rig, "SERVO[0].Status", 2, 100);
+    rig_set(rig, "SERVO[0].DigitalOut", 5);
+    rig_cycles(rig, 2);
+    assert_int_equal((uint32_t)rig_get(rig, "SERVO[0].ControlWord") >> 28, 5);
+    rig_close(rig);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -223,6 +358,10 @@ int main(void)
         cmocka_unit_test(controllers_do_without_program_05_and_read_text_of_8_bits),
         cmocka_unit_test(a_pc_wants_program_05),
         cmocka_unit_test(memories_have_the_sizes_of_the_configuration),
+        cmocka_unit_test(every_kind_of_drive_moves),
+        cmocka_unit_test(a_configured_resolution_is_that_of_the_registers),
+        cmocka_unit_test(a_node_is_an_alias_before_it_is_a_place),
+        cmocka_unit_test(native_outputs_inputs_and_faults_are_in_the_servo_group),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);

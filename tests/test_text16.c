@@ -3,6 +3,7 @@
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <stdio.h>
 #include <string.h>
 #include <uchar.h>
 
@@ -10,11 +11,11 @@
 
 #include "host/text16.h"
 
-static uint16_t out[64];
+static uint16_t out[128];
 static char text[256];
 
 /* Formats and hands back what came out as UTF-8. */
-#define FORMATTED(...) formatted(text16_format(out, 64, __VA_ARGS__))
+#define FORMATTED(...) formatted(text16_format(out, 128, __VA_ARGS__))
 #define W(literal)     ((const uint16_t *)u##literal)
 
 static int last_result;
@@ -114,6 +115,83 @@ static void an_unknown_conversion_stops_and_says_so(void **state)
     assert_int_equal(last_result, -1);
 }
 
+static void sizes_take_as_many_bits_as_they_say(void **state)
+{
+    (void)state;
+    assert_string_equal(
+        FORMATTED(W("%I32d %I64u %Id %zu"), -1, UINT64_MAX, (intptr_t)-2, (size_t)3),
+        "-1 18446744073709551615 -2 3");
+    assert_string_equal(FORMATTED(W("%ld %lu %jd %td"), -1L, 2ul, INT64_C(-3), (ptrdiff_t)4),
+                        "-1 2 -3 4");
+    assert_string_equal(FORMATTED(W("%hhd %hu %hx"), 0x1FF, 0x1FFFF, 0x12345), "-1 65535 2345");
+    assert_string_equal(FORMATTED(W("%p"), (void *)(uintptr_t)0xABC), "0000000000000ABC");
+}
+
+static void every_size_of_text_has_its_kind(void **state)
+{
+    (void)state;
+    assert_string_equal(FORMATTED(W("%ws|%lS|%hS"), W("w"), W("lS"), "hS"), "w|lS|hS");
+    assert_string_equal(FORMATTED(W("%lc%wc%lC|%hc%C"), 0x20AC, 0x20AC, 0x20AC, 0x141, 0x142),
+                        "\xE2\x82\xAC\xE2\x82\xAC\xE2\x82\xAC|AB");
+    assert_string_equal(FORMATTED(W("%hs"), "\xFC"), "\xC3\xBC");
+    assert_string_equal(FORMATTED(W("[%5c][%-5c][%05d][%05s][%-05s]"), 'a', 'b', 7, W("x"), W("y")),
+                        "[    a][b    ][00007][0000x][y    ]");
+}
+
+static void flags_are_those_of_the_language(void **state)
+{
+    (void)state;
+    assert_string_equal(
+        FORMATTED(W("[% d][%+ d][%-+5d][% 05d][%#o][%#X][%#x]"), 5, 5, 5, 5, 8, 255, 0),
+        "[ 5][+5][+5   ][ 0005][010][0XFF][0]");
+    assert_string_equal(FORMATTED(W("[%.0d][%5.0u][%.3x][%+.2d]"), 0, 0, 10, 1),
+                        "[][     ][00a][+01]");
+    assert_string_equal(FORMATTED(W("[%#.0f][%#g][%g][%G]"), 1.0, 1.0, 1e-10, 1e20),
+                        "[1.][1.00000][1e-10][1E+20]");
+    assert_string_equal(
+        FORMATTED(W("[%a][%.1A][%012.1e][%-10.1f][%+.0e]"), 1.5, -1.5, -2.5, 2.5, 1.0),
+        "[0x1.8000000000000p+0][-0X1.8P+0][-00002.5e+00][2.5       ][+1e+00]");
+    assert_string_equal(FORMATTED(W("[%020a]"), 1.0), "[0x1.0000000000000p+0]");
+}
+
+static double from_bits(uint64_t bits)
+{
+    double value;
+    memcpy(&value, &bits, sizeof value);
+    return value;
+}
+
+static void what_is_no_number_has_its_names(void **state)
+{
+    (void)state;
+    assert_string_equal(FORMATTED(W("%f %+F %e %G"), __builtin_inf(), __builtin_inf(),
+                                  -__builtin_inf(), -__builtin_inf()),
+                        "inf +INF -inf -INF");
+    assert_string_equal(FORMATTED(W("%f %f %F"), from_bits(0x7FF8000000000000),
+                                  from_bits(0xFFF8000000000000), from_bits(0x7FF8000000000001)),
+                        "nan -nan(ind) NAN");
+    assert_string_equal(FORMATTED(W("[%6.1f]"), from_bits(0xFFF8000000000001)), "[  -nan]");
+}
+
+static void all_digits_that_are_asked_for_come(void **state)
+{
+    static uint16_t wide[4096];
+    static char narrow[4096], expected[4096];
+    (void)state;
+    assert_int_equal(text16_format(wide, 4096, W("%.3000f"), 0.1), 3002);
+    text16_to_utf8(narrow, sizeof narrow, wide);
+    snprintf(expected, sizeof expected, "%.3000f", 0.1);
+    assert_string_equal(narrow, expected);
+    assert_int_equal(text16_format(wide, 4096, W("%.2000e"), 5e-324), 2007);
+    text16_to_utf8(narrow, sizeof narrow, wide);
+    snprintf(expected, sizeof expected, "%.2000e", 5e-324);
+    assert_string_equal(narrow, expected);
+    assert_int_equal(text16_format(wide, 4096, W("%#.1500x|%.1500g"), 255, 0.5), 1502 + 1 + 3);
+    text16_to_utf8(narrow, sizeof narrow, wide);
+    snprintf(expected, sizeof expected, "%#.1500x|%.1500g", 255u, 0.5);
+    assert_string_equal(narrow, expected);
+}
+
 static void utf8_is_cut_between_characters(void **state)
 {
     (void)state;
@@ -137,6 +215,11 @@ int main(void)
         cmocka_unit_test(text_never_passes_the_buffer),
         cmocka_unit_test(huge_width_and_precision_end_with_the_buffer),
         cmocka_unit_test(an_unknown_conversion_stops_and_says_so),
+        cmocka_unit_test(sizes_take_as_many_bits_as_they_say),
+        cmocka_unit_test(every_size_of_text_has_its_kind),
+        cmocka_unit_test(flags_are_those_of_the_language),
+        cmocka_unit_test(what_is_no_number_has_its_names),
+        cmocka_unit_test(all_digits_that_are_asked_for_come),
         cmocka_unit_test(utf8_is_cut_between_characters),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -15,6 +15,7 @@ build libcapstone-dev disassembles modules: how much stack they take
 build libseccomp-dev confines the reading of debug information and code
 build libsodium-dev  SHA-256 of modules
 build libjansson-dev JSON reports
+build libinih-dev    reads the configuration files of TG Motion
 build libxml2-dev   device descriptions (ESI)
 build python3        generates layouts and fetches SOEM
 build python3-pip    fetches SOEM's source archive by name

@@ -7,6 +7,7 @@
 
 #include "cli/capture.h"
 #include "cli/cli.h"
+#include "cli/configuration.h"
 #include "conformance/check.h"
 
 static int status_of(enum verdict verdict)
@@ -87,6 +88,8 @@ static int run(const struct command *command, const struct check_options *option
 int command_check(const struct command *command, int argc, char **argv)
 {
     static struct captures captures;
+    static struct configuration configuration;
+    struct host_config around = { 0 };
     struct check_options options = { .seed = DEFAULT_SEED,
                                      .tool = "tgm " TGM_VERSION_TEXT,
                                      .capture_argument = &captures };
@@ -103,6 +106,9 @@ int command_check(const struct command *command, int argc, char **argv)
           100000000 },
         { "--json", OPTION_TEXT, "FILE", "also write the verdict as JSON, - for standard output",
           &json, 0, 0 },
+        { "--config", OPTION_TEXT, "FILE",
+          "judge under this configuration of TG Motion (docs/configuration.md)",
+          &options.around_path, 0, 0 },
         { "--pcap", OPTION_TEXT, "DIR", "captures of the bus for Wireshark, one file an experiment",
           &captures.folder, 0, 0 },
         { "--no-color", OPTION_FLAG, NULL, "no colours, not even on a terminal", &no_colour, 0, 0 },
@@ -121,5 +127,16 @@ int command_check(const struct command *command, int argc, char **argv)
     }
     options.path = module;
     options.profile = profile_or_complain(command, profile);
-    return options.profile == NULL ? EXIT_CALL : run(command, &options, json, no_colour);
+    if (options.profile == NULL)
+        return EXIT_CALL;
+    if (options.around_path != NULL) {
+        status = configuration_open(&configuration, command, options.around_path,
+                                    product_find(options.profile->product), &around);
+        if (status != 0)
+            return status;
+        options.around = &around;
+    }
+    status = run(command, &options, json, no_colour);
+    configuration_close(&configuration);
+    return status;
 }

@@ -91,6 +91,7 @@ int command_new(const struct command *command, int argc, char **argv);
 int command_plot(const struct command *command, int argc, char **argv);
 int command_registers(const struct command *command, int argc, char **argv);
 int command_device(const struct command *command, int argc, char **argv);
+int command_config(const struct command *command, int argc, char **argv);
 int command_explain(const struct command *command, int argc, char **argv);
 
 #endif

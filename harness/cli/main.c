@@ -18,6 +18,8 @@ static const struct command commands[] = {
     { "new", "NAME [options]", "Makes a project from a template, in a new folder.", command_new },
     { "inspect", "MODULE.tgm [--json FILE]",
       "Says what is inside a module file; runs nothing of it.", command_inspect },
+    { "config", "FILE.ini [options]",
+      "Checks a configuration file of TG Motion and says what it means.", command_config },
     { "registers", "[PATTERN]", "Lists registers by name, memory or offset.", command_registers },
     { "device", "[FILE...] [--convert SOURCE]",
       "Lists device types of the bus; checks device files and ESI.", command_device },
@@ -48,8 +50,8 @@ static int unknown_command(const char *word)
         return complain(NULL, "unknown command '%s' (did you mean %s?)", word, close);
     return complain(
         NULL,
-        "unknown command '%s'; allowed: check run bus inspect new registers device rules "
-        "explain help version",
+        "unknown command '%s'; allowed: check run bus inspect new config registers device "
+        "rules explain help version",
         word);
 }
 

@@ -10,10 +10,14 @@
 #include "cli/capture.h"
 #include "bus/busfile.h"
 #include "cli/cli.h"
+#include "cli/eeprom.h"
+#include "cli/configuration.h"
+#include "cli/clock.h"
 #include "cli/plot.h"
 #include "cli/scope.h"
 #include "conformance/profile.h"
 #include "conformance/rules.h"
+#include "host/can.h"
 #include "host/osc.h"
 
 #define RECORD_MAX  64
@@ -40,6 +44,7 @@ struct run {
     struct plant plant; /* with --bus */
     struct capture capture;
     const char *pcap_path;
+    struct eeprom_file eeprom;
     FILE *screen; /* standard error when recording or capture go to standard output */
     bool terminal;
     bool in_process;
@@ -230,6 +235,9 @@ static int read_registers(struct run *run, const char *option, const char *list)
         name[length] = '\0';
         if (catalogue_resolve(catalogue, name, &run->registers[run->recording.count], why) != 0)
             return complain(run->command, "%s: %s", option, why);
+        if (!host_has_register(&run->experiment.host, &run->registers[run->recording.count]))
+            return complain(run->command, "%s: %s is past the end of %s on %s", option, name,
+                            run->registers[run->recording.count].memory->name, product->title);
         run->recording.count++;
         list += length + (list[length] == ',');
     }
@@ -272,6 +280,8 @@ static int conclude(struct run *run, const struct experiment_result *result, con
         fputc('\n', run->screen);
     for (unsigned i = 0; i < evidence->incident_count; i++)
         status = tell_incident(run, &evidence->incidents[i], name);
+    interrupts_tell(run->screen, evidence, run->image);
+    clock_tell(run->screen, &evidence->clock);
     if (evidence->trouble[0] != '\0')
         return complain(run->command, "%s", evidence->trouble);
     if (result->worker.end == WORKER_TIMEOUT || result->worker.end == WORKER_KILLED ||
@@ -338,8 +348,15 @@ static int play(struct run *run, const char *path)
         memset(&result, 0, sizeof result);
         experiment_run_here(&run->experiment, run->image, &result.evidence);
     } else {
+        struct shm shm = { .count = 0 };
+        char why[SHM_WHY];
+        if (run->experiment.host.shm != NULL && shm_make(&shm, &run->experiment.host, why) != 0)
+            return complain(run->command, "%s", why);
+        stop_catch(&run->experiment, &shm);
         r = experiment_run(&run->experiment, run->image, recording ? &run->recording : NULL,
                            progress, run, &result);
+        shm_remove(&shm);
+        stop_restore();
         if (r != 0)
             return complain(run->command, "no worker process: %s", strerror(-r));
     }
@@ -348,6 +365,8 @@ static int play(struct run *run, const char *path)
         begin_rows(run, &result.evidence);
     if (status != EXIT_CALL)
         tell_osc(run);
+    if (eeprom_write(run->command, &run->eeprom, &result.evidence) != 0)
+        status = EXIT_CALL;
     r = capture_close(&run->capture);
     if (r != 0 && r != -EBADMSG) /* that one is the worker's, and told */
         status = complain(run->command, "cannot write '%s': %s", run->pcap_path, strerror(-r));
@@ -386,6 +405,21 @@ static int read_bus(struct run *run, const char *path)
     return 0;
 }
 
+static int read_can(struct run *run, const char *path, char **script)
+{
+    static struct can can;
+    char why[CAN_WHY];
+    if (path == NULL)
+        return 0;
+    if ((*script = read_text(run->command, "CAN script", path)) == NULL)
+        return EXIT_CALL;
+    if (can_open(&can, *script, path, 1, why) != 0)
+        return complain(run->command, "%s", why);
+    run->experiment.host.can = *script;
+    run->experiment.host.can_name = path;
+    return 0;
+}
+
 static int refuse_self(const struct run *run, const char *option, const char *file,
                        const char *module)
 {
@@ -401,6 +435,8 @@ static int open_files(struct run *run, const char *module)
         status = refuse_self(run, "--pcap", run->pcap_path, module);
     if (status == 0)
         status = refuse_self(run, "--plot", run->plot_path, module);
+    if (status == 0)
+        status = refuse_self(run, "--eeprom", run->eeprom.path, module);
     if (status != 0)
         return status;
     const char *path = run->csv_path;
@@ -494,14 +530,19 @@ int command_run(const struct command *command, int argc, char **argv)
 {
     static struct run run;
     const char *profile_name = "pc4", *bus = NULL, *module = NULL, *faults = NULL;
+    const char *config = NULL;
     struct wanted wanted = { 0 };
-    char *script = NULL;
+    static struct configuration configuration;
+    const char *can = NULL;
+    char *script = NULL, *can_script = NULL;
+    const char *preempt = NULL, *clock = "virtual", *prefix = NULL;
+    bool shm = false;
     uint64_t duration = UINT64_C(2000000000), cycle_us = 0, seed = DEFAULT_SEED;
     const struct option table[] = {
         { "--for", OPTION_DURATION, "TIME", "simulated time, as in 2s or 500ms (default 2s)",
           &duration, 0, 0 },
-        { "--cycle", OPTION_NUMBER, "US", "Cycle_Time in microseconds: 250, 500 (default) or 1000",
-          &cycle_us, 0, 0 },
+        { "--cycle", OPTION_NUMBER, "US", "Cycle_Time in microseconds (default 500)", &cycle_us, 0,
+          0 },
         { "--record", OPTION_TEXT, "NAMES",
           "registers to record, as in 'SERVO[0].Position,DIO[0].In0'", &wanted.record, 0, 0 },
         { "--csv", OPTION_TEXT, "FILE", "where the recording goes, - for standard output",
@@ -526,8 +567,25 @@ int command_run(const struct command *command, int argc, char **argv)
           0, 0 },
         { "--faults", OPTION_TEXT, "FILE", "what goes wrong on the bus, and when (docs/faults.md)",
           &faults, 0, 0 },
+        { "--eeprom", OPTION_TEXT, "FILE", "what is stored in the EEPROM; written anew when saved",
+          &run.eeprom.path, 0, 0 },
+        { "--can", OPTION_TEXT, "FILE", "what stands on the CAN bus (docs/can.md)", &can, 0, 0 },
+        { "--preempt", OPTION_TEXT, "HOW",
+          "interrupt Program_01 to 03 by what is above them: seeded, or at=N for instruction N",
+          &preempt, 0, 0 },
+        { "--reload-at", OPTION_DURATION, "TIME", "run the PLC again (Run sequence) at that time",
+          &run.experiment.reload_ns, 0, 0 },
+        { "--clock", OPTION_TEXT, "WHICH", "virtual (default), or real: the wall clock", &clock, 0,
+          0 },
+        { "--shm", OPTION_FLAG, NULL,
+          "memories as POSIX shared memory: /TGM_System, /TGM_Servo ... (docs/running.md)", &shm, 0,
+          0 },
+        { "--shm-prefix", OPTION_TEXT, "TEXT", "the same with TEXT in front of the names", &prefix,
+          0, 0 },
         { "--in-process", OPTION_FLAG, NULL,
           "no worker and no sandbox, for a debugger (make debug)", &run.in_process, 0, 0 },
+        { "--config", OPTION_TEXT, "FILE",
+          "configuration of TG Motion (docs/configuration.md); other options win", &config, 0, 0 },
         { "--profile", OPTION_TEXT, "NAME", "which TG Motion to be: pc4 (default)", &profile_name,
           0, 0 },
         { 0 },
@@ -542,27 +600,53 @@ int command_run(const struct command *command, int argc, char **argv)
     if (profile == NULL)
         return EXIT_CALL;
     const struct product *product = product_find(profile->product);
+    struct host_config *host = &run.experiment.host;
+    host->plant = &plant_default;
+    if (config != NULL &&
+        (status = configuration_open(&configuration, command, config, product, host)) != 0)
+        return status;
     if (cycle_us == 0)
-        cycle_us = product->default_cycle_us;
-    if (cycle_us > UINT32_MAX || !product_allows_cycle(product, (uint32_t)cycle_us))
-        return complain(command, "--cycle must be 250, 500 or 1000, not %" PRIu64, cycle_us);
+        cycle_us = host->cycle_us != 0 ? host->cycle_us : product->default_cycle_us;
+    if (cycle_us > UINT32_MAX || !product_allows_cycle(product, (uint32_t)cycle_us)) {
+        char allowed[128];
+        product_cycles_text(product, allowed, sizeof allowed);
+        return complain(command, "--cycle must be %s, not %" PRIu64, allowed, cycle_us);
+    }
     run.experiment.host.product = product;
     if (is_stdout(run.csv_path) && is_stdout(run.pcap_path))
         return complain(command, "--csv and --pcap cannot both go to standard output");
     if ((status = choose_recording(&run, &wanted)) != 0)
         return status;
+    if (clock_read(command, clock, &run.experiment) != 0 ||
+        (preempt != NULL && preempt_read(command, preempt, &run.experiment) != 0) ||
+        (prefix != NULL && shm_prefix_check(command, prefix) != 0))
+        return EXIT_CALL;
+    if (run.in_process && (run.experiment.real_clock || shm || prefix != NULL))
+        return complain(command, "--in-process has no --clock real and no --shm");
+    if (run.experiment.real_clock && preempt != NULL)
+        return complain(command, "--preempt is for the virtual clock: the real one interrupts");
+    run.experiment.host.shm = prefix != NULL ? prefix : shm ? "" : NULL;
+    run.experiment.host.resettable = true;
+    if ((status = eeprom_read(command, &run.eeprom, &run.experiment.host)) != 0 ||
+        (status = read_can(&run, can, &can_script)) != 0)
+        return status;
     if (faults != NULL && (script = read_text(command, "fault script", faults)) == NULL)
         return EXIT_CALL;
-    run.experiment.host.faults = script;
-    run.experiment.host.faults_name = faults;
+    if (faults != NULL) {
+        host->faults = script;
+        host->faults_name = faults;
+    }
     run.experiment.name = "run";
     run.experiment.host.cycle_us = (uint32_t)cycle_us;
     run.experiment.host.seed = seed;
     if (bus != NULL && (status = read_bus(&run, bus)) != 0)
         return status;
-    run.experiment.host.plant = bus != NULL ? &run.plant : &plant_default;
+    if (bus != NULL)
+        host->plant = &run.plant;
     run.experiment.cycles = (duration + cycle_us * 1000 - 1) / (cycle_us * 1000);
     status = start(&run, profile, module);
     free(script);
+    free(can_script);
+    configuration_close(&configuration);
     return status;
 }

@@ -139,7 +139,8 @@ static int dio_open(struct host *host, char why[HOST_WHY])
     for (size_t i = 0; host->bus != NULL && i < bus_slave_count(host->bus); i++) {
         const struct bus_slave *slave = bus_slave(host->bus, i);
         struct terminal terminal = { .slave = i };
-        if (host->taken[i] || slave->axes > 0 || slave->input_bits + slave->output_bits == 0)
+        if (host->taken[i] || wire_axes(host->bus, host->config.plant, i) > 0 ||
+            slave->input_bits + slave->output_bits == 0)
             continue;
         if (!becomes_dio(host, &terminal))
             continue;

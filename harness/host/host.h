@@ -13,8 +13,8 @@
  *
  * Which slave becomes which register group: the list of servos, where there is one, otherwise bus
  * order; every CiA 402 axis is the next SERVO, every slave without axes that has process data is
- * the next DIO. In generation 5 what is no plain terminal, or past the announced number of those, is
- * the next GENERAL_DEVICE (docs/decisions.md, C8).
+ * the next DIO. In generation 5 what is no plain terminal, or past the announced number of those,
+ * is the next GENERAL_DEVICE (docs/decisions.md, C8).
  */
 #ifndef HARNESS_HOST_HOST_H
 #define HARNESS_HOST_HOST_H
@@ -30,6 +30,8 @@
 #include "machine/machine.h"
 
 #define HOST_WHY 512
+
+struct realtime; /* realtime.h */
 
 /* What stands around the module. */
 struct plant {
@@ -88,24 +90,52 @@ extern const struct servo_modes servo_modes_default;
 /* The period of a function that is not called at all. */
 #define PERIOD_OFF UINT32_MAX
 
+/* The distributed clock: on without SYNC0 unless configured; off; on, and drives follow SYNC0. */
+enum clock_choice { CLOCK_DEFAULT, CLOCK_OFF, CLOCK_ON };
+/*
+ * How Program_01 to Program_03 are interrupted by what is above them (R18). Run to completion: not;
+ * on the virtual clock a call takes no time. Otherwise a call is stopped before some instruction,
+ * slots of the schedule go by, with everything that is due in them, and the call goes on.
+ */
+enum preempt_mode {
+    PREEMPT_NONE,
+    PREEMPT_SEEDED, /* places and numbers of slots are a function of the seed */
+    PREEMPT_AT      /* before instruction `at`; slots go by until Program_04 has been called */
+};
+
+struct host_preempt {
+    enum preempt_mode mode;
+    uint64_t at;
+};
+
 struct host_config {
     const struct product *product;
-    uint32_t cycle_us;             /* one the product allows */
-    uint32_t program_period_us[3]; /* Program_01..03; 0 = the product's default, or PERIOD_OFF */
+    uint32_t cycle_us;              /* one the product allows */
+    uint32_t program_period_us[3];  /* Program_01..03; 0 = the product's default, or PERIOD_OFF */
     uint32_t data_bytes, osc_bytes; /* TGM_Data, TGM_Oscilloscope; 0 = the product's default */
+    uint32_t eeprom_bytes;          /* MAIN.Size_EEPROM_Memory; 0 = all there is */
+    uint32_t can_kbit, log_ctrl;    /* MAIN.PLC_CAN_BaudRate, MAIN.Log_Ctrl */
+    uint32_t interpolator_items[3]; /* INTERPOLATOR.Buffer_Size; 0 = not configured */
+    enum clock_choice clock;
     uint64_t seed;
     const struct plant *plant;
     const struct host_servo *servos; /* NULL: every axis of the bus, in bus order */
     unsigned servo_count;
     const struct servo_modes *modes; /* NULL: servo_modes_default */
     const char *faults,
-        *faults_name; /* what goes wrong on the bus (docs/faults.md); NULL: nothing */
+        *faults_name;   /* what goes wrong on the bus (docs/faults.md); NULL: nothing */
     const void *eeprom; /* what is stored there, eeprom_size bytes; NULL: nothing yet */
     size_t eeprom_size;
     const char *can, *can_name; /* script of the CAN buses (can.h); NULL: there are none */
-    bool without_bus; /* no slaves are made: for experiments that only call Program_Ini */
+    bool without_bus;           /* no slaves are made: for experiments that only call Program_Ini */
     struct mutation mutation;
     struct pcap *capture; /* where the frames of the bus go; NULL: nowhere */
+    bool no_autostart;    /* host_start() starts TG Motion, not the PLC: host_run() does */
+    bool resettable;      /* keeps a copy of the start, for host_reset() and the like */
+    struct host_preempt preempt;
+    struct realtime *real; /* opened: slots come when they are due by the wall clock */
+    const char
+        *shm; /* memories are POSIX shared memory with this in front of their names (shm.h) */
 };
 
 /* Size of a shared memory of the product so configured: what the layout leaves to the product. */
@@ -137,8 +167,36 @@ void host_close(struct host *host);
 /* Calls Program_Ini. True when it returned 1 and the cycles may begin. */
 bool host_start(struct host *host);
 
-/* One Cycle_Time. False when no function of the module can be called any more. */
+/* One Cycle_Time. False when no function of the module can be called any more, or TG Motion was
+ * told to end. */
 bool host_cycle(struct host *host);
+
+/*
+ * PLC control as Observer has it (docs/decisions.md, R1; plc.h): what these ask for begins with the
+ * next cycle, like what other programs write to MAIN.PLC_Ctrl.
+ *   run    the Run sequence: stop, clear, load, Program_Ini, cyclic calls; also restarts
+ *   stop   steps 1 to 4 of it
+ *   pause  no function is called, everything else goes on; and back
+ *   reset  TG Motion itself begins anew, machine included: what follows is what followed
+ *          host_start(), to the last byte; needs host_config.resettable. host_cycles() and
+ *          host_time() count from 0 again.
+ */
+void host_run(struct host *host);
+void host_stop(struct host *host);
+void host_pause(struct host *host, bool paused);
+void host_reset(struct host *host);
+
+enum host_plc {
+    HOST_PLC_STOPPED,
+    HOST_PLC_CHANGING, /* on the way: stopping, clearing, loading */
+    HOST_PLC_RUNNING,
+    HOST_PLC_PAUSED,
+    HOST_PLC_ERROR /* the last load failed: no such module, or Program_Ini did not return 1 */
+};
+enum host_plc host_plc(const struct host *host);
+
+/* Simulated nanoseconds since the first cycle of the present run of the PLC. */
+uint64_t host_run_time(const struct host *host);
 
 void host_on_sample(struct host *host, host_sample *sample, void *argument);
 

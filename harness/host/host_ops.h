@@ -13,6 +13,12 @@ struct host_ops {
     void (*close)(struct host *host);
     bool (*start)(struct host *host);
     bool (*cycle)(struct host *host);
+    void (*run)(struct host *host);
+    void (*stop)(struct host *host);
+    void (*pause)(struct host *host, bool paused);
+    void (*reset)(struct host *host);
+    enum host_plc (*plc)(const struct host *host);
+    uint64_t (*run_time)(const struct host *host);
     void (*on_sample)(struct host *host, host_sample *sample, void *argument);
     int (*osc_arm)(struct host *host, const struct host_osc *wanted, char why[HOST_WHY]);
     size_t (*osc_samples)(const struct host *host);

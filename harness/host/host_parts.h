@@ -22,7 +22,11 @@
 #include "host/host_ops.h"
 #include "host/motion.h"
 #include "host/osc.h"
+#include "host/plc.h"
+#include "host/preempt.h"
+#include "host/realtime.h"
 #include "host/schedule.h"
+#include "host/servo_wire.h"
 
 #if TGM_GENERATION == 4
 #define GENERATION(four, five) four
@@ -40,21 +44,27 @@ typedef uint32_t dio_word;
 #endif
 #define DIO_WORDS 16
 
+/* SERVO.ControlWord and StatusWord. */
+#if TGM_GENERATION == 5 && TGM_MEMORY_ID == 906
+typedef uint32_t servo_word;
+#else
+typedef int32_t servo_word;
+#endif
+
 #define HOST_MEMORIES  16
 #define HOST_AXES      256
 #define HOST_TERMINALS 16
 
-#define NO_SLAVE SIZE_MAX /* of a virtual servo */
-
 /* A servo register group and the drive axis behind it, if there is one. */
 struct axis {
     SERVO *reg;
-    size_t slave;                                          /* or NO_SLAVE */
-    struct bus_entry control, mode, target;                /* outputs */
-    struct bus_entry status, mode_display, actual, inputs; /* inputs; bits == 0 when not mapped */
-    uint32_t raw;                                          /* last position on the wire, wraps */
-    bool seen;                                             /* raw is valid */
-    double sent;                                           /* last set-point sent, inc */
+    size_t slave; /* or NO_SLAVE */
+    struct servo_wire wire;
+    double scale;    /* increments on the wire for one of the register */
+    uint64_t raw;    /* last position on the wire, wraps */
+    double position; /* the same, counting on */
+    bool seen;       /* raw is valid */
+    double sent;     /* last set-point sent, inc */
     double sent_speed;
     bool tracking; /* the set-point follows the axis because it is not enabled */
     bool asked;    /* it was to be enabled when the outputs left */
@@ -176,8 +186,19 @@ struct host {
     void *can_memory[CAN_CHANNELS];
     struct osc osc;
 
+    struct plc plc;
+    struct preempt preempt;
+    struct realtime *real; /* NULL: the clock is virtual */
+    struct measured measured;
+    struct host_copy *copy; /* of the start; NULL: TG Motion cannot begin anew */
+
     uint64_t cycle, now_ns, timer_ms;
-    uint64_t due_ns[3]; /* Program_01..03 */
+    size_t slot;          /* the next one of the cycle */
+    bool loop;            /* the servo loop runs in this cycle */
+    uint64_t loop_begin;  /* first cycle since it runs */
+    bool in_op;           /* every slave, since the loop runs */
+    uint64_t fault_noted; /* how many faults of the bus were told */
+    uint64_t due_ns[3];   /* Program_01..03 */
     host_sample *sample;
     void *sample_argument;
 };
@@ -236,6 +257,40 @@ void motion_refer(struct axis *axis, double reference);
 int scope_arm(struct host *host, const struct host_osc *wanted, char why[HOST_WHY]);
 size_t scope_samples(const struct host *host);
 void scope_row(const struct host *host, size_t index, double *row);
+
+/* plc.c */
+void plc_open(struct host *host);
+/* Program_Ini, and the cyclic calls may begin. */
+bool plc_begin(struct host *host);
+/* When a cycle begins; whether the servo loop runs in it. */
+bool plc_cycle(struct host *host);
+/* Whether cyclic functions are called at present. */
+bool plc_calls(const struct host *host);
+void plc_run(struct host *host);
+void plc_stop(struct host *host);
+void plc_pause(struct host *host, bool paused);
+void plc_reset(struct host *host);
+enum host_plc plc_state(const struct host *host);
+
+/* preempt.c: plans how the call of Program_01 to Program_03 that follows is interrupted. */
+void preempt_plan(struct host *host, enum entry entry);
+void preempt_done(struct host *host, enum entry entry);
+
+/* rewind.c. No room for a copy: none is kept. */
+void rewind_keep(struct host *host);
+bool rewind_back(struct host *host);
+void rewind_free(struct host *host);
+
+/* measure.c: registers of what took how long, on the real clock */
+extern const struct host_part host_measure;
+
+/* host.c, for the files of PLC control */
+bool host_call(struct host *host, enum entry entry);
+void host_slot(struct host *host); /* the next one of the schedule */
+void host_clear_parts(struct host *host);
+uint64_t host_time_of(const struct host *host);
+/* When the next slot is due, from the first cycle. */
+uint64_t host_next_slot_ns(const struct host *host);
 
 /* memories.c */
 int memories_open(struct host *host, char why[HOST_WHY]);

@@ -15,5 +15,6 @@ const struct host_part *const host_parts[] = {
     &host_general,
     &host_channels,
     &host_scope,
+    &host_measure,
     NULL,
 };

@@ -40,6 +40,36 @@ bool host_cycle(struct host *host)
     return ops(host)->cycle(host);
 }
 
+void host_run(struct host *host)
+{
+    ops(host)->run(host);
+}
+
+void host_stop(struct host *host)
+{
+    ops(host)->stop(host);
+}
+
+void host_pause(struct host *host, bool paused)
+{
+    ops(host)->pause(host, paused);
+}
+
+void host_reset(struct host *host)
+{
+    ops(host)->reset(host);
+}
+
+enum host_plc host_plc(const struct host *host)
+{
+    return ops(host)->plc(host);
+}
+
+uint64_t host_run_time(const struct host *host)
+{
+    return ops(host)->run_time(host);
+}
+
 void host_on_sample(struct host *host, host_sample *sample, void *argument)
 {
     ops(host)->on_sample(host, sample, argument);

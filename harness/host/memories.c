@@ -6,6 +6,9 @@
 #include <errno.h>
 #include <stdio.h>
 #include <string.h>
+#include <unistd.h>
+
+#include "host/shm.h"
 
 static size_t memory_size(const struct host *host, const char *name)
 {
@@ -50,7 +53,10 @@ static void fill_main(struct host *host)
     const uint32_t *period = host->config.program_period_us;
     MAIN *m = &host->system->Main;
     m->TGMotion_Version = product->version;
-    m->Size_EEPROM_Memory = sizeof host->system->Eeprom.Data;
+    m->Size_EEPROM_Memory = host->config.eeprom_bytes != 0 ? host->config.eeprom_bytes
+                                                           : sizeof host->system->Eeprom.Data;
+    m->PLC_CAN_BaudRate = host->config.can_kbit;
+    m->Log_Ctrl = host->config.log_ctrl;
     m->Number_Servos = host_servos(host);
     m->Number_Dios = host->config.plant->dios;
     m->Servo_SetCycleTime = host->config.cycle_us;
@@ -86,6 +92,24 @@ static int plc_data_open(struct host *host, char why[HOST_WHY])
     return 0;
 }
 
+static int memory_open(struct host *host, const struct catalogue_memory *memory, size_t bytes,
+                       void **at, char why[HOST_WHY])
+{
+    void *module;
+    if (host->config.shm == NULL)
+        return machine_map(host->machine, memory->name, bytes, MACHINE_REGION_READ_WRITE, at,
+                           &module, why);
+    const int fd = shm_attach(host->config.shm, memory);
+    if (fd < 0) {
+        snprintf(why, HOST_WHY, "shared memory %s%s: %s", host->config.shm, memory->name,
+                 strerror(-fd));
+        return fd;
+    }
+    const int r = machine_map_shared(host->machine, memory->name, bytes, fd, at, why);
+    close(fd);
+    return r;
+}
+
 int memories_open(struct host *host, char why[HOST_WHY])
 {
     const struct product *product = host->config.product;
@@ -97,14 +121,12 @@ int memories_open(struct host *host, char why[HOST_WHY])
     }
     for (size_t i = 0; catalogue_memory(host->catalogue, i) != NULL; i++) {
         const struct catalogue_memory *memory = catalogue_memory(host->catalogue, i);
-        void *module;
         if (i >= HOST_MEMORIES) {
             snprintf(why, HOST_WHY, "more than %d shared memories in the catalogue", HOST_MEMORIES);
             return -E2BIG;
         }
         const size_t bytes = host_memory_bytes(&host->config, memory);
-        int r = machine_map(host->machine, memory->name, bytes, MACHINE_REGION_READ_WRITE,
-                            &host->memory[i], &module, why);
+        int r = memory_open(host, memory, bytes, &host->memory[i], why);
         if (r != 0)
             return r;
         host->memory_bytes[i] = bytes;

@@ -47,6 +47,7 @@ static const struct product products[] = {
       .product_id = 1, .device_name = "PC-realtime", .ini_name = "TgMotion5xx.ini" },
     { LAYOUT_502, PC, .name = "tgmmini", .title = "TGMmini", .max_servo = 64, .max_interpolator = 2,
       .osc_bytes = MIB, .osc_least = MIB, .osc_most = 32 * MIB, .text8 = true, .product_id = 2,
+      .can_buffer = 55,
       .device_name = "TGMmini", .ini_name = "TgMotion5xx.ini" },
     { LAYOUT_502, CONTROLLER, .name = "tgmcontroller", .title = "TGMcontroller", .product_id = 3,
       .device_name = "TGMcontroller", .ini_name = "TGM.INI" },

@@ -1,11 +1,10 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /*
- * The SERVO register groups: drives seen and commanded through CiA 402 objects on the bus, and
+ * The SERVO register groups: drives seen and commanded through the bus (servo_wire.h), and
  * virtual servos, which have none.
  *
  * What the manual leaves open is decided in docs/decisions.md: M1 (Mode), M5 (Offset, Correction,
- * PositionError), M6 (virtual servos), M7 (one increment of the register is one increment on the
- * wire).
+ * PositionError), M6 (virtual servos), M7 (increments).
  */
 #include "host/host_parts.h"
 
@@ -13,17 +12,7 @@
 #include <math.h>
 #include <stdio.h>
 
-#define CSP                8 /* cyclic synchronous position, 0x6060 */
 #define VIRTUAL_RESOLUTION (1u << 20)
-
-enum {
-    CONTROL_DISABLE_VOLTAGE = 0x00,
-    CONTROL_SHUTDOWN = 0x06,
-    CONTROL_SWITCH_ON = 0x07,
-    CONTROL_ENABLE = 0x0F,
-    CONTROL_FAULT_RESET = 0x80
-};
-enum { STATUS_FAULT = 0x08, STATUS_ENABLED = 0x27 };
 
 /* The next register group; NULL when there is none left. */
 static struct axis *axis_new(struct host *host, size_t slave, char why[HOST_WHY])
@@ -48,39 +37,20 @@ static void set_resolution(SERVO *reg, uint32_t resolution)
         (resolution & (resolution - 1)) == 0 ? (uint32_t)__builtin_ctz(resolution) : 0;
 }
 
-static int axis_open(struct host *host, size_t slave, unsigned number, char why[HOST_WHY])
+/* resolution: inc/rev that the configuration wants, 0: the drive's own. */
+static int axis_open(struct host *host, size_t slave, unsigned number, uint32_t resolution,
+                     char why[HOST_WHY])
 {
-    const uint16_t base = (uint16_t)(0x6000 + number * 0x800);
     struct axis *axis = axis_new(host, slave, why);
     if (axis == NULL)
         return -E2BIG;
     host->taken[slave] = true;
-    axis->control = bus_find(host->bus, slave, BUS_OUTPUT, base + 0x40, 0);
-    axis->mode = bus_find(host->bus, slave, BUS_OUTPUT, base + 0x60, 0);
-    axis->target = bus_find(host->bus, slave, BUS_OUTPUT, base + 0x7A, 0);
-    axis->status = bus_find(host->bus, slave, BUS_INPUT, base + 0x41, 0);
-    axis->mode_display = bus_find(host->bus, slave, BUS_INPUT, base + 0x61, 0);
-    axis->actual = bus_find(host->bus, slave, BUS_INPUT, base + 0x64, 0);
-    axis->inputs = bus_find(host->bus, slave, BUS_INPUT, base + 0xFD, 0);
-    if (axis->control.bits != 16 || axis->target.bits != 32 || axis->status.bits != 16 ||
-        axis->actual.bits != 32) {
-        snprintf(
-            why, HOST_WHY,
-            "slave %zu (%s): 0x%04X, 0x%04X, 0x%04X and 0x%04X must be mapped for position control",
-            slave + 1, bus_slave(host->bus, slave)->name, base + 0x40, base + 0x7A, base + 0x41,
-            base + 0x64);
-        return -ENOTSUP;
-    }
-    uint32_t resolution = 0, abort = 0;
-    size_t size = sizeof resolution;
-    if (bus_sdo_read(host->bus, slave, (uint16_t)(base + 0x8F), 1, &resolution, &size, &abort) !=
-            0 ||
-        resolution == 0) {
-        snprintf(why, HOST_WHY,
-                 "slave %zu (%s): encoder resolution 0x%04X:1 cannot be read (abort 0x%08X)",
-                 slave + 1, bus_slave(host->bus, slave)->name, base + 0x8F, abort);
-        return -EPROTO;
-    }
+    int r = wire_open(&axis->wire, host->bus, host->config.plant, slave, number, why);
+    if (r != 0)
+        return r;
+    if (resolution == 0)
+        resolution = axis->wire.resolution;
+    axis->scale = axis->wire.per_revolution / resolution;
     axis->reg->Node = (uint32_t)slave + 1;
     axis->reg->Axis = number + 1;
     axis->reg->Type = SERVO_TYPE_TGZ;
@@ -104,21 +74,22 @@ static int virtual_open(struct host *host, const struct host_servo *servo, char 
 /* A servo of the list: on the bus, unless it is virtual. */
 static int listed_open(struct host *host, const struct host_servo *servo, char why[HOST_WHY])
 {
-    const size_t slave = (size_t)servo->node - 1; /* of node 0: none */
+    const size_t slave = wire_slave(host->config.plant, servo);
     const unsigned number = servo->axis > 0 ? servo->axis - 1 : 0;
     if (servo->type == SERVO_TYPE_VIRTUAL)
         return virtual_open(host, servo, why);
     if (host->bus == NULL || slave >= bus_slave_count(host->bus) ||
-        number >= bus_slave(host->bus, slave)->axes) {
+        number >= wire_axes(host->bus, host->config.plant, slave)) {
         snprintf(why, HOST_WHY, "servo %zu: node %u of the bus has no axis %u", host->axis_count,
                  servo->node, number + 1);
         return -ENODEV;
     }
-    int r = axis_open(host, slave, number, why);
+    int r = axis_open(host, slave, number, servo->resolution, why);
     if (r != 0)
         return r;
     SERVO *reg = host->axes[host->axis_count - 1].reg;
     reg->Type = servo->type;
+    reg->Node = servo->node;
 #if TGM_GENERATION == 5 && TGM_MEMORY_ID == 906
     reg->FeedbackType = (int32_t)servo->feedback;
 #endif
@@ -135,8 +106,9 @@ static int servo_open(struct host *host, char why[HOST_WHY])
     if (host->config.servos != NULL || host->bus == NULL)
         return r;
     for (size_t slave = 0; slave < bus_slave_count(host->bus); slave++)
-        for (unsigned number = 0; number < bus_slave(host->bus, slave)->axes; number++) {
-            r = axis_open(host, slave, number, why);
+        for (unsigned number = 0; number < wire_axes(host->bus, host->config.plant, slave);
+             number++) {
+            r = axis_open(host, slave, number, 0, why);
             if (r != 0)
                 return r;
         }
@@ -155,20 +127,20 @@ bool servo_runs(const struct host *host, const struct axis *axis)
     return axis->reg->Status == SERVO_READY_ENABLE && servo_wanted(host, axis);
 }
 
-/* Wire positions are 32 bits and wrap; the register counts on. */
-static void receive_position(struct axis *axis, double cycle)
+/* Wire positions wrap; the register counts on. */
+static void receive_position(struct axis *axis, uint64_t raw, double cycle)
 {
     SERVO *reg = axis->reg;
-    const uint32_t raw = (uint32_t)bus_entry_get(axis->actual);
-    double moved = (int32_t)(raw - axis->raw);
+    double moved = (double)wire_moved(&axis->wire, axis->raw, raw);
     if (!axis->seen) {
-        reg->Position = (int32_t)raw;
+        axis->position = (double)wire_moved(&axis->wire, 0, raw);
         moved = 0;
         axis->seen = true;
     }
     axis->raw = raw;
-    reg->Position += moved;
-    reg->Speed = moved / cycle;
+    axis->position += moved;
+    reg->Position = axis->position / axis->scale;
+    reg->Speed = moved / axis->scale / cycle;
     reg->RefPosition = reg->Position - reg->Offset;
     reg->PositionError = axis->sent - reg->Position;
 }
@@ -200,45 +172,27 @@ static void axis_receive(struct host *host, struct axis *axis)
         reg->Status = SERVO_NO_RESPONSE;
         return;
     }
-    const uint16_t status = (uint16_t)bus_entry_get(axis->status);
-    reg->StatusWord = status;
-    reg->DigitalIn = (uint32_t)bus_entry_get(axis->inputs);
-    if ((status & STATUS_FAULT) != 0 && (status & 0x4F) != 0x4F) {
-        reg->Status = SERVO_FAULT;
+    static const int32_t status_of[] = { [WIRE_READY] = SERVO_READY_DISABLE,
+                                         [WIRE_ENABLED] = SERVO_READY_ENABLE,
+                                         [WIRE_FAULT] = SERVO_FAULT };
+    struct wire_answer answer;
+    wire_read(&axis->wire, &answer);
+    reg->StatusWord = (servo_word)answer.status_word;
+    reg->DigitalIn = answer.inputs;
+    reg->AnalogIn = answer.analog;
+    reg->Current = answer.current;
+    reg->Status = status_of[answer.state];
+    if (answer.state == WIRE_FAULT)
         servo_faulty(host, axis);
-    } else {
-        reg->Status = (status & 0x6F) == STATUS_ENABLED ? SERVO_READY_ENABLE : SERVO_READY_DISABLE;
+    else
         servo_faultless(host, axis);
-    }
-    receive_position(axis, host_cycle_seconds(host));
+    receive_position(axis, answer.position, host_cycle_seconds(host));
 }
 
 static void servo_receive(struct host *host)
 {
     for (size_t i = 0; i < host->axis_count; i++)
         axis_receive(host, &host->axes[i]);
-}
-
-/* The next command on the way from where the drive is to where it shall be. */
-static uint16_t control_word(const SERVO *reg, bool enable)
-{
-    const unsigned status = (unsigned)reg->StatusWord;
-    if ((status & 0x4F) == STATUS_FAULT)
-        return (reg->Control & SERVO_RESET_FAULT_BIT0) != 0 ? CONTROL_FAULT_RESET
-                                                            : CONTROL_DISABLE_VOLTAGE;
-    if (!enable)
-        return CONTROL_SHUTDOWN;
-    switch (status & 0x6F) {
-    case 0x21:
-        return CONTROL_SWITCH_ON;
-    case 0x23:
-    case 0x27:
-        return CONTROL_ENABLE;
-    case 0x07:
-        return CONTROL_DISABLE_VOLTAGE;
-    default:
-        return CONTROL_SHUTDOWN;
-    }
 }
 
 /* A set-point that is no number never reaches the bus: the last good one stays (M5). */
@@ -248,7 +202,13 @@ static double set_point(const struct host *host, struct axis *axis)
     if (reg->Mode == host_modes(host)->user)
         reg->WritePosition = reg->TransformedPosition;
     const double wanted = reg->WritePosition + reg->Offset + reg->Correction;
-    return isfinite(wanted) && fabs(wanted) < 9.0e15 ? wanted : axis->sent;
+    return isfinite(wanted) && fabs(wanted * axis->scale) < 9.0e15 ? wanted : axis->sent;
+}
+
+/* 16 bits on the wire, of which the drives have 15. */
+static uint16_t current_limit(double wanted)
+{
+    return wanted > 0 ? (uint16_t)(wanted < 32767 ? wanted : 32767) : 0;
 }
 
 static void axis_send(struct host *host, struct axis *axis)
@@ -268,11 +228,14 @@ static void axis_send(struct host *host, struct axis *axis)
     if (axis->slave == NO_SLAVE)
         return;
 
-    const uint16_t word = control_word(reg, axis->asked);
-    reg->ControlWord = word;
-    bus_entry_set(axis->control, word);
-    bus_entry_set(axis->mode, CSP);
-    bus_entry_set(axis->target, (uint64_t)llround(next));
+    const struct wire_order order = {
+        .enable = axis->asked,
+        .reset_fault = (reg->Control & SERVO_RESET_FAULT_BIT0) != 0,
+        .position = llround(next * axis->scale),
+        .outputs = reg->DigitalOut,
+        .limit = current_limit(reg->LimitCurrent),
+    };
+    reg->ControlWord = (servo_word)wire_write(&axis->wire, (uint32_t)reg->StatusWord, &order);
 }
 
 static void servo_send(struct host *host)

@@ -6,9 +6,13 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Longest number: 1e308 with all digits, and the largest precision that is honoured. */
-#define NUMBER_MAX    700
-#define PRECISION_MAX 340
+/* Longest number: 1e308 with all digits, and the largest precision that has digits of its own:
+ * every double is exact with 1074 behind the point. What is asked for beyond that is 0. */
+#define NUMBER_MAX    1500
+#define PRECISION_MAX 1074
+#define WHOLE_MAX                                                                                  \
+    32 /* the same of whole numbers: 22 octal digits; more, and the C library allocates */
+#define HEX_DIGITS 13 /* of %a unless said */
 
 struct sink {
     uint16_t *out;
@@ -90,41 +94,118 @@ static void parse_size(const uint16_t **format, struct conversion *c)
     *format = f;
 }
 
-/* The conversion with a narrow format of its own: numbers are the C library's business. */
-static void emit_number(struct sink *sink, const struct conversion *c, const char *size,
-                        uint64_t whole, double real, bool is_real)
-{
-    char format[32], text[NUMBER_MAX];
-    int at = snprintf(format, sizeof format, "%%%s%s%s", c->plus ? "+" : "", c->space ? " " : "",
-                      c->alternate ? "#" : "");
-    if (c->has_precision)
-        at += snprintf(format + at, sizeof format - (size_t)at, ".%d",
-                       c->precision < PRECISION_MAX ? c->precision : PRECISION_MAX);
-    snprintf(format + at, sizeof format - (size_t)at, "%s%c", size, (char)c->letter);
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wformat-nonliteral"
-    int length = is_real ? snprintf(text, sizeof text, format, real)
-                         : snprintf(text, sizeof text, format, whole);
-#pragma GCC diagnostic pop
-    if (length < 0 || (size_t)length >= sizeof text)
-        length = (int)strlen(text);
+/* A number in parts: "-0x" "1.5" "e+05", with zeros between the parts. */
+struct number_text {
+    const char *text;
+    int prefix, body, end;      /* lengths: sign and 0x, digits, exponent */
+    int zeros_before, zeros_in; /* in front of the digits; between digits and exponent */
+};
 
-    const int gap = c->width - length;
-    const bool zeros = c->zero && !c->left && (is_real ? isfinite(real) : !c->has_precision);
-    const int sign = text[0] == '-' || text[0] == '+' || text[0] == ' ';
-    const int prefix =
-        sign + (text[sign] == '0' && (text[sign + 1] == 'x' || text[sign + 1] == 'X') ? 2 : 0);
-    if (!c->left && !zeros)
-        pad(sink, gap, ' ');
-    for (int i = 0; i < (zeros ? prefix : 0); i++)
-        put(sink, (uint16_t)text[i]);
-    if (zeros)
-        pad(sink, gap, '0');
-    for (int i = zeros ? prefix : 0; i < length; i++)
+static void put_zeros(struct sink *sink, int count)
+{
+    pad(sink, count, '0');
+}
+
+static void put_part(struct sink *sink, const char *text, int count)
+{
+    for (int i = 0; i < count && !sink->cut; i++)
         put(sink, (uint16_t)(unsigned char)text[i]);
+}
+
+static void put_number(struct sink *sink, const struct conversion *c, struct number_text n,
+                       bool may_fill)
+{
+    const int64_t length = (int64_t)n.prefix + n.zeros_before + n.body + n.zeros_in + n.end;
+    const int gap = c->width > length ? (int)(c->width - length) : 0;
+    const bool fill = may_fill && c->zero && !c->left;
+    if (!c->left && !fill)
+        pad(sink, gap, ' ');
+    put_part(sink, n.text, n.prefix);
+    if (fill)
+        put_zeros(sink, gap);
+    put_zeros(sink, n.zeros_before);
+    put_part(sink, n.text + n.prefix, n.body);
+    put_zeros(sink, n.zeros_in);
+    put_part(sink, n.text + n.prefix + n.body, n.end);
     if (c->left)
         pad(sink, gap, ' ');
 }
+
+static int prefix_of(const char *text)
+{
+    const int sign = text[0] == '-' || text[0] == '+' || text[0] == ' ';
+    return sign + (text[sign] == '0' && (text[sign + 1] == 'x' || text[sign + 1] == 'X') ? 2 : 0);
+}
+
+/* Without width: flags, precision and letter. */
+static void narrow_format(char out[32], const struct conversion *c, const char *size, int most)
+{
+    int at = snprintf(out, 32, "%%%s%s%s", c->plus ? "+" : "", c->space ? " " : "",
+                      c->alternate ? "#" : "");
+    if (c->has_precision)
+        at += snprintf(out + at, 32 - (size_t)at, ".%d", c->precision < most ? c->precision : most);
+    snprintf(out + at, 32 - (size_t)at, "%s%c", size, (char)c->letter);
+}
+
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wformat-nonliteral"
+
+/* The digits are the C library's business. */
+static void emit_integer(struct sink *sink, const struct conversion *c, uint64_t value)
+{
+    char format[32], text[2 * WHOLE_MAX];
+    narrow_format(format, c, "ll", WHOLE_MAX);
+    const int length = snprintf(text, sizeof text, format, value);
+    const int beyond = c->has_precision && c->precision > WHOLE_MAX ? c->precision - WHOLE_MAX : 0;
+    const int prefix = prefix_of(text);
+    put_number(sink, c, (struct number_text){ text, prefix, length - prefix, 0, beyond, 0 },
+               !c->has_precision);
+}
+
+/* As the C library of Windows writes them: inf, nan, and -nan(ind) for the number that came out of
+ * no calculation. */
+static void emit_no_number(struct sink *sink, const struct conversion *c, double value)
+{
+    char text[16];
+    uint64_t bits;
+    memcpy(&bits, &value, sizeof bits);
+    const bool big = c->letter < 'a';
+    const char *word = !isnan(value)                                ? "inf"
+                       : bits == UINT64_C(0xFFF8000000000000)       ? "nan(ind)"
+                       : (bits & UINT64_C(0x0008000000000000)) == 0 ? "nan(snan)"
+                                                                    : "nan";
+    const char *sign = signbit(value) ? "-" : c->plus ? "+" : c->space ? " " : "";
+    const int length = snprintf(text, sizeof text, "%s%s", sign, word);
+    for (int i = 0; big && i < length; i++)
+        if (text[i] >= 'a' && text[i] <= 'z')
+            text[i] = (char)(text[i] - 'a' + 'A');
+    put_number(sink, c, (struct number_text){ text, 0, length, 0, 0, 0 }, false);
+}
+
+static void emit_real(struct sink *sink, const struct conversion *wanted, double value)
+{
+    char format[32], text[NUMBER_MAX];
+    struct conversion c = *wanted;
+    if (!isfinite(value)) {
+        emit_no_number(sink, &c, value);
+        return;
+    }
+    if ((c.letter == 'a' || c.letter == 'A') && !c.has_precision)
+        c.has_precision = true, c.precision = HEX_DIGITS;
+    narrow_format(format, &c, "", PRECISION_MAX);
+    const int length = snprintf(text, sizeof text, format, value);
+    const int prefix = prefix_of(text);
+    const char *exponent = strpbrk(text + prefix, c.letter == 'a' || c.letter == 'A' ? "pP" : "eE");
+    const int body = exponent != NULL ? (int)(exponent - text) - prefix : length - prefix;
+    const bool short_form = c.letter == 'g' || c.letter == 'G';
+    const int beyond =
+        c.has_precision && c.precision > PRECISION_MAX && (!short_form || c.alternate)
+            ? c.precision - PRECISION_MAX
+            : 0;
+    put_number(sink, &c,
+               (struct number_text){ text, prefix, body, length - prefix - body, 0, beyond }, true);
+}
+#pragma GCC diagnostic pop
 
 static void emit_text(struct sink *sink, const struct conversion *c, const void *text, bool wide)
 {
@@ -180,17 +261,17 @@ static bool convert(struct sink *sink, struct conversion *c, struct arguments *a
         return true;
     case 'd':
     case 'i':
-        emit_number(sink, c, "ll", take_integer(c, a, true), 0, false);
+        emit_integer(sink, c, take_integer(c, a, true));
         return true;
     case 'u':
     case 'x':
     case 'X':
     case 'o':
-        emit_number(sink, c, "ll", take_integer(c, a, false), 0, false);
+        emit_integer(sink, c, take_integer(c, a, false));
         return true;
     case 'p':
         c->letter = 'X', c->has_precision = true, c->precision = (int)(2 * sizeof(void *));
-        emit_number(sink, c, "ll", (uint64_t)(uintptr_t)va_arg(a->list, void *), 0, false);
+        emit_integer(sink, c, (uint64_t)(uintptr_t)va_arg(a->list, void *));
         return true;
     case 'e':
     case 'E':
@@ -200,15 +281,14 @@ static bool convert(struct sink *sink, struct conversion *c, struct arguments *a
     case 'G':
     case 'a':
     case 'A':
-        emit_number(sink, c, "", 0, va_arg(a->list, double), true);
+        emit_real(sink, c, va_arg(a->list, double));
         return true;
     case 'c':
     case 'C': {
         const bool narrow = c->letter == 'C' ? c->size != SIZE_L : c->size == SIZE_H;
         const int unit = va_arg(a->list, int);
         const uint16_t text[2] = { narrow ? (unsigned char)unit : (uint16_t)unit, 0 };
-        c->has_precision = false;
-        pad(sink, c->left ? 0 : c->width - 1, ' ');
+        pad(sink, c->left ? 0 : c->width - 1, c->zero ? '0' : ' ');
         put(sink, text[0]);
         pad(sink, c->left ? c->width - 1 : 0, ' ');
         return true;
@@ -317,4 +397,45 @@ size_t text16_to_utf8(char *out, size_t capacity, const uint16_t *text)
     if (capacity > 0)
         out[used] = '\0';
     return used;
+}
+
+/* Length of the sequence at text, 1 to 4, its code point in *point; 0: it is none. */
+static size_t utf8_decode(const unsigned char *text, uint32_t *point)
+{
+    static const uint32_t least[] = { 0, 0, 0x80, 0x800, 0x10000 };
+    const size_t length = text[0] < 0x80             ? 1
+                          : (text[0] & 0xE0) == 0xC0 ? 2
+                          : (text[0] & 0xF0) == 0xE0 ? 3
+                          : (text[0] & 0xF8) == 0xF0 ? 4
+                                                     : 0;
+    *point = length == 1 ? text[0] : text[0] & (0x7Fu >> length);
+    for (size_t i = 1; i < length; i++) {
+        if ((text[i] & 0xC0) != 0x80)
+            return 0;
+        *point = *point << 6 | (text[i] & 0x3Fu);
+    }
+    if (length == 0 || *point < least[length] || *point > 0x10FFFF || (*point & ~0x7FFu) == 0xD800)
+        return 0;
+    return length;
+}
+
+void text16_from_utf8(uint16_t *out, size_t capacity, const char *text)
+{
+    const unsigned char *at = (const unsigned char *)text;
+    size_t used = 0;
+    memset(out, 0, capacity * sizeof *out);
+    while (*at != '\0') {
+        uint32_t point;
+        const size_t length = utf8_decode(at, &point);
+        if (length == 0)
+            point = 0xFFFD;
+        if (used + (point > 0xFFFF ? 2 : 1) >= capacity)
+            return;
+        if (point > 0xFFFF) {
+            out[used++] = (uint16_t)(0xD800 + ((point - 0x10000) >> 10));
+            point = 0xDC00 + (point & 0x3FF);
+        }
+        out[used++] = (uint16_t)point;
+        at += length > 0 ? length : 1;
+    }
 }

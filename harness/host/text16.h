@@ -2,11 +2,18 @@
 /*
  * text16.h - UTF-16 text of the module API: formatting as Windows does it, conversion to UTF-8.
  *
- * The format language is that of the wide functions of Windows: %s and %ls are UTF-16, %hs and %S
- * are bytes; %d %i %u %x %X %o %c %C %f %F %e %E %g %G %a %A %p %%, flags - + space # 0, width,
- * precision,
- * '*', and the sizes h hh l ll I32 I64 I j z t w. A module built for Linux (ELF) passes 64-bit
- * `long`. %n is refused: it writes through a pointer and Windows has it switched off.
+ * The format language is that of the wide functions of Windows' C library (docs/decisions.md, R20):
+ *
+ *   %d %i %u %x %X %o                  whole numbers
+ *   %f %F %e %E %g %G %a %A            reals; inf, nan, -nan(ind); %a has 13 digits unless said
+ *   %s %ls %ws, %c %lc %wc             UTF-16
+ *   %hs %S, %hc %C                     bytes, each the character of that number; %lS %lC: UTF-16
+ *   %p %%                              16 digits; a per cent sign
+ *   - + space # 0, width, precision    either a number or *; 0 fills texts, too
+ *   hh h l ll I32 I64 I j z t w        sizes
+ *
+ * A module built for Linux (ELF) passes 64-bit `long`. %n is refused: it writes through a pointer
+ * and Windows has it switched off.
  */
 #ifndef HARNESS_HOST_TEXT16_H
 #define HARNESS_HOST_TEXT16_H
@@ -25,5 +32,9 @@ int text16_format(uint16_t *out, size_t capacity, const uint16_t *format, ...);
  * surrogates become U+FFFD, control characters but for line ends and tabs become '?'. Reads text only up to its 0. Returns the bytes written without the 0.
  */
 size_t text16_to_utf8(char *out, size_t capacity, const uint16_t *text);
+
+/* The other way, at most capacity units with the terminator, the rest of `out` zeroed. What is no
+ * UTF-8 becomes U+FFFD, a byte at a time. */
+void text16_from_utf8(uint16_t *out, size_t capacity, const char *text);
 
 #endif

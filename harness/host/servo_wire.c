@@ -1,0 +1,344 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+#include "host/servo_wire.h"
+
+#include <errno.h>
+#include <stdio.h>
+#include <string.h>
+
+struct wire_kind {
+    const char *name;
+    void (*read)(const struct servo_wire *wire, struct wire_answer *answer);
+    uint32_t (*write)(const struct servo_wire *wire, uint32_t status_word,
+                      const struct wire_order *order);
+};
+
+#define TGZ_REVOLUTION 4294967296.0 /* increments on the wire, divided by 0x608F for CiA 402 */
+#define CSP            8            /* cyclic synchronous position, 0x6060 */
+
+/* Maps of the TGZ: what is assigned to 0x1C12 and 0x1C13. */
+enum { RX_COE = 0x1701, TX_COE = 0x1B01, RX_NATIVE = 0x1721, TX_NATIVE = 0x1B21 };
+
+/* Drives whose map can be chosen; both axes are in it even if there is only one. */
+static const struct tgz {
+    const char *type;
+    unsigned axes;
+    bool native; /* as it comes */
+} tgz[] = {
+    { "tgz-1", 1, false },
+    { "tgz-2", 2, false },
+    { "tgz-1-native", 1, true },
+    { "tgz-2-native", 2, true },
+};
+
+static const struct tgz *tgz_of(const struct plant *plant, size_t slave)
+{
+    if (slave >= plant->device_count)
+        return NULL;
+    for (size_t i = 0; i < sizeof tgz / sizeof *tgz; i++)
+        if (strcmp(tgz[i].type, plant->devices[slave].type) == 0)
+            return &tgz[i];
+    return NULL;
+}
+
+/* --- which slave, which map --- */
+
+/* Types of drives inside the controller: TGZ+Motion's, TGMcontroller's, and both with other I/O. */
+bool wire_is_internal(uint32_t type)
+{
+    return type == 91 || type == 92 || type == 94 || type == 95;
+}
+
+static bool is_drive(const char *type)
+{
+    return strncmp(type, "drive-", 6) == 0 || strncmp(type, "tgz-", 4) == 0;
+}
+
+size_t wire_slave(const struct plant *plant, const struct host_servo *servo)
+{
+    for (size_t i = 0; i < plant->device_count; i++)
+        if (wire_is_internal(servo->type)
+                ? is_drive(plant->devices[i].type)
+                : servo->node != 0 && plant->devices[i].alias == servo->node)
+            return i;
+    if (wire_is_internal(servo->type) || servo->node == 0 || servo->node > plant->device_count)
+        return NO_SLAVE;
+    return servo->node - 1;
+}
+
+/* The map that the list of servos asks for; as it comes when it does not say. */
+static bool is_native(const struct host_config *config, size_t slave, const struct tgz *drive)
+{
+    for (unsigned i = 0; config->servos != NULL && i < config->servo_count; i++) {
+        const struct host_servo *servo = &config->servos[i];
+        if (servo->type != 0 && wire_slave(config->plant, servo) == slave)
+            return servo->type != 99;
+    }
+    return drive->native;
+}
+
+size_t wire_startup(const struct host_config *config, struct bus_startup *out, size_t room)
+{
+    size_t count = 0;
+    for (size_t slave = 0; slave < config->plant->device_count; slave++) {
+        const struct tgz *drive = tgz_of(config->plant, slave);
+        if (drive == NULL || count + WIRE_STARTUP > room)
+            continue;
+        const bool native = is_native(config, slave, drive);
+        const struct bus_startup rows[WIRE_STARTUP] = {
+            { slave, 0x1C12, 0, 1, 0 },
+            { slave, 0x1C12, 1, 2, native ? RX_NATIVE : RX_COE },
+            { slave, 0x1C12, 0, 1, 1 },
+            { slave, 0x1C13, 0, 1, 0 },
+            { slave, 0x1C13, 1, 2, native ? TX_NATIVE : TX_COE },
+            { slave, 0x1C13, 0, 1, 1 },
+            /* The mode is in none of its maps. */
+            { slave, 0x6060, 0, 1, CSP },
+            { slave, 0x6860, 0, 1, CSP },
+        };
+        const size_t wanted = WIRE_STARTUP - (native ? 2 : drive->axes == 1 ? 1 : 0);
+        memcpy(out + count, rows, wanted * sizeof *rows);
+        count += wanted;
+    }
+    return count;
+}
+
+/* --- CiA 402 --- */
+
+enum {
+    CONTROL_DISABLE_VOLTAGE = 0x00,
+    CONTROL_SHUTDOWN = 0x06,
+    CONTROL_SWITCH_ON = 0x07,
+    CONTROL_ENABLE = 0x0F,
+    CONTROL_FAULT_RESET = 0x80
+};
+enum { STATUS_FAULT = 0x08, STATUS_ENABLED = 0x27 };
+
+static void cia402_read(const struct servo_wire *wire, struct wire_answer *answer)
+{
+    const uint32_t status = (uint32_t)bus_entry_get(wire->status);
+    answer->status_word = status;
+    if ((status & STATUS_FAULT) != 0 && (status & 0x4F) != 0x4F)
+        answer->state = WIRE_FAULT;
+    else
+        answer->state = (status & 0x6F) == STATUS_ENABLED ? WIRE_ENABLED : WIRE_READY;
+    answer->inputs = (uint32_t)bus_entry_get(wire->inputs);
+}
+
+/* The next command on the way from where the drive is to where it shall be. */
+static uint32_t control_word(uint32_t status, const struct wire_order *order)
+{
+    if ((status & 0x4F) == STATUS_FAULT)
+        return order->reset_fault ? CONTROL_FAULT_RESET : CONTROL_DISABLE_VOLTAGE;
+    if (!order->enable)
+        return CONTROL_SHUTDOWN;
+    switch (status & 0x6F) {
+    case 0x21:
+        return CONTROL_SWITCH_ON;
+    case 0x23:
+    case 0x27:
+        return CONTROL_ENABLE;
+    case 0x07:
+        return CONTROL_DISABLE_VOLTAGE;
+    default:
+        return CONTROL_SHUTDOWN;
+    }
+}
+
+static uint32_t cia402_write(const struct servo_wire *wire, uint32_t status,
+                             const struct wire_order *order)
+{
+    const uint32_t word = control_word(status, order);
+    bus_entry_set(wire->control, word);
+    bus_entry_set(wire->mode, CSP);
+    return word;
+}
+
+static const struct wire_kind cia402 = { "CiA 402", cia402_read, cia402_write };
+
+static int cia402_open(struct servo_wire *wire, const struct bus *bus, size_t slave, unsigned axis,
+                       char why[HOST_WHY])
+{
+    const uint16_t base = (uint16_t)(0x6000 + axis * 0x800);
+    wire->kind = &cia402;
+    wire->control = bus_find(bus, slave, BUS_OUTPUT, base + 0x40, 0);
+    wire->mode = bus_find(bus, slave, BUS_OUTPUT, base + 0x60, 0);
+    wire->target = bus_find(bus, slave, BUS_OUTPUT, base + 0x7A, 0);
+    wire->status = bus_find(bus, slave, BUS_INPUT, base + 0x41, 0);
+    wire->actual = bus_find(bus, slave, BUS_INPUT, base + 0x64, 0);
+    wire->inputs = bus_find(bus, slave, BUS_INPUT, base + 0xFD, 0);
+    if (wire->control.bits == 16 && wire->target.bits == 32 && wire->status.bits == 16 &&
+        wire->actual.bits == 32)
+        return 0;
+    snprintf(
+        why, HOST_WHY,
+        "slave %zu (%s): 0x%04X, 0x%04X, 0x%04X and 0x%04X must be mapped for position control",
+        slave + 1, bus_slave(bus, slave)->name, base + 0x40, base + 0x7A, base + 0x41, base + 0x64);
+    return -ENOTSUP;
+}
+
+/* --- the native map of the TGZ (its manual: control and status of the fast protocol) --- */
+
+enum { NATIVE_CLEAR = 1 << 0, NATIVE_POWER = 1 << 1, NATIVE_OUTPUTS = 28 };
+enum {
+    NATIVE_POWERED = 1 << 0,
+    NATIVE_SOFTWARE = 1 << 2,
+    NATIVE_NO_ERROR = 1 << 4,
+    NATIVE_INPUTS = 28
+};
+
+static void native_read(const struct servo_wire *wire, struct wire_answer *answer)
+{
+    const uint32_t status = (uint32_t)bus_entry_get(wire->status);
+    const uint32_t running = NATIVE_POWERED | NATIVE_SOFTWARE;
+    answer->status_word = status;
+    if ((status & NATIVE_NO_ERROR) == 0)
+        answer->state = WIRE_FAULT;
+    else
+        answer->state = (status & running) == running ? WIRE_ENABLED : WIRE_READY;
+    answer->inputs = status >> NATIVE_INPUTS;
+}
+
+static uint32_t native_write(const struct servo_wire *wire, uint32_t status,
+                             const struct wire_order *order)
+{
+    const bool fault = (status & NATIVE_NO_ERROR) == 0;
+    uint32_t word = (order->outputs & 7) << NATIVE_OUTPUTS;
+    if (fault)
+        word |= order->reset_fault ? NATIVE_CLEAR : 0;
+    else if (order->enable)
+        word |= NATIVE_POWER;
+    bus_entry_set(wire->control, word);
+    return word;
+}
+
+static const struct wire_kind native = { "native", native_read, native_write };
+
+static unsigned native_register(unsigned number, unsigned axis)
+{
+    return number + 0x100 * axis;
+}
+
+static struct bus_entry native_find(const struct bus *bus, size_t slave,
+                                    enum bus_direction direction, unsigned number, unsigned axis)
+{
+    return bus_find(bus, slave, direction, (uint16_t)native_register(number, axis), 0);
+}
+
+/* Angle and revolutions follow one another: together they are one position of 64 bits. */
+static struct bus_entry native_position(const struct bus *bus, size_t slave,
+                                        enum bus_direction direction, unsigned number,
+                                        unsigned axis)
+{
+    struct bus_entry angle = native_find(bus, slave, direction, number, axis);
+    const struct bus_entry turns = native_find(bus, slave, direction, number + 1, axis);
+    if (angle.bits != 32 || turns.bits != 32 || turns.byte != angle.byte + 4)
+        return (struct bus_entry){ 0 };
+    angle.bits = 64;
+    return angle;
+}
+
+static int native_open(struct servo_wire *wire, const struct bus *bus, size_t slave, unsigned axis,
+                       char why[HOST_WHY])
+{
+    wire->kind = &native;
+    wire->control = native_find(bus, slave, BUS_OUTPUT, 0x332D, axis);
+    wire->target = native_position(bus, slave, BUS_OUTPUT, 0x332B, axis);
+    wire->status = native_find(bus, slave, BUS_INPUT, 0x3325, axis);
+    wire->actual = native_position(bus, slave, BUS_INPUT, 0x3310, axis);
+    if (wire->control.bits == 32 && wire->target.bits == 64 && wire->status.bits == 32 &&
+        wire->actual.bits == 64)
+        return 0;
+    snprintf(why, HOST_WHY, "slave %zu (%s): the native map of axis %u is not complete", slave + 1,
+             bus_slave(bus, slave)->name, axis + 1);
+    return -ENOTSUP;
+}
+
+/* --- both --- */
+
+unsigned wire_axes(const struct bus *bus, const struct plant *plant, size_t slave)
+{
+    const struct tgz *drive = tgz_of(plant, slave);
+    return drive != NULL ? drive->axes : bus_slave(bus, slave)->axes;
+}
+
+static int read_u32(struct bus *bus, size_t slave, uint16_t index, uint8_t subindex,
+                    uint32_t *value, char why[HOST_WHY])
+{
+    uint32_t abort = 0;
+    size_t size = sizeof *value;
+    *value = 0;
+    if (bus_sdo_read(bus, slave, index, subindex, value, &size, &abort) == 0 && *value != 0)
+        return 0;
+    snprintf(why, HOST_WHY,
+             "slave %zu (%s): encoder resolution 0x%04X:%u cannot be read (abort 0x%08X)",
+             slave + 1, bus_slave(bus, slave)->name, index, subindex, abort);
+    return -EPROTO;
+}
+
+static int read_resolution(struct servo_wire *wire, struct bus *bus, size_t slave, unsigned axis,
+                           bool is_tgz, char why[HOST_WHY])
+{
+    const uint16_t index = (uint16_t)(0x608F + axis * 0x800);
+    uint32_t encoder, turns;
+    int r = read_u32(bus, slave, index, 1, &encoder, why);
+    if (r == 0 && is_tgz)
+        r = read_u32(bus, slave, index, 2, &turns, why);
+    if (r != 0)
+        return r;
+    const double own = is_tgz ? TGZ_REVOLUTION * turns / encoder : encoder;
+    if (own < 1 || own > UINT32_MAX) {
+        snprintf(why, HOST_WHY, "slave %zu (%s): 0x%04X gives %g increments per revolution",
+                 slave + 1, bus_slave(bus, slave)->name, index, own);
+        return -ERANGE;
+    }
+    wire->resolution = (uint32_t)own;
+    wire->per_revolution = wire->kind == &native ? TGZ_REVOLUTION : own;
+    return 0;
+}
+
+static void find_tgz_values(struct servo_wire *wire, const struct bus *bus, size_t slave,
+                            unsigned axis)
+{
+    const uint8_t subindex = (uint8_t)(axis + 1);
+    wire->limit = bus_find(bus, slave, BUS_OUTPUT, 0x4011, subindex);
+    wire->analog = bus_find(bus, slave, BUS_INPUT, 0x4002, subindex);
+    wire->current = wire->kind == &native
+                        ? bus_find(bus, slave, BUS_INPUT, 0x4012, subindex)
+                        : bus_find(bus, slave, BUS_INPUT, (uint16_t)(0x6077 + axis * 0x800), 0);
+}
+
+int wire_open(struct servo_wire *wire, struct bus *bus, const struct plant *plant, size_t slave,
+              unsigned axis, char why[HOST_WHY])
+{
+    const bool is_tgz = tgz_of(plant, slave) != NULL;
+    memset(wire, 0, sizeof *wire);
+    int r = is_tgz && bus_slave(bus, slave)->axes == 0 ? native_open(wire, bus, slave, axis, why)
+                                                       : cia402_open(wire, bus, slave, axis, why);
+    if (r == 0)
+        r = read_resolution(wire, bus, slave, axis, is_tgz, why);
+    if (r == 0 && is_tgz)
+        find_tgz_values(wire, bus, slave, axis);
+    return r;
+}
+
+void wire_read(const struct servo_wire *wire, struct wire_answer *answer)
+{
+    wire->kind->read(wire, answer);
+    answer->position = bus_entry_get(wire->actual);
+    answer->analog = (uint32_t)bus_entry_get(wire->analog);
+    answer->current = (int32_t)bus_entry_sign(wire->current);
+}
+
+uint32_t wire_write(const struct servo_wire *wire, uint32_t status_word,
+                    const struct wire_order *order)
+{
+    bus_entry_set(wire->target, (uint64_t)order->position);
+    bus_entry_set(wire->limit, order->limit);
+    return wire->kind->write(wire, status_word, order);
+}
+
+int64_t wire_moved(const struct servo_wire *wire, uint64_t before, uint64_t now)
+{
+    const unsigned unused = 64u - wire->actual.bits;
+    return (int64_t)((now - before) << unused) >> unused;
+}
