@@ -112,6 +112,7 @@ CLI_SRC := main.c options.c output.c check.c run.c inspect.c inspect_text.c insp
     config.c \
     configuration.c \
     capture.c bus.c plot.c scope.c \
+    record.c \
     device.c \
     eeprom.c
 CONFORMANCE_SRC := profile.c rules.c findings.c incidents.c rules_file.c rules_start.c rules_cycle.c check.c

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 #include <errno.h>
 #include <inttypes.h>
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
@@ -13,34 +12,19 @@
 #include "cli/eeprom.h"
 #include "cli/configuration.h"
 #include "cli/clock.h"
-#include "cli/plot.h"
-#include "cli/scope.h"
+#include "cli/record.h"
 #include "conformance/profile.h"
 #include "conformance/rules.h"
 #include "host/can.h"
-#include "host/osc.h"
 
-#define RECORD_MAX  64
-#define SERVO_NAMES 48 /* what a name of every_servo() takes at most */
-#define RUN_WHY     1024
+#define RUN_WHY 1024
 
 /* One run on its way: what was asked for and what has been shown so far. */
 struct run {
     const struct command *command;
     const struct image *image;
     struct experiment experiment;
-    struct catalogue_register registers[RECORD_MAX];
-    struct recording recording;
-    struct output csv;
-    const char *csv_path;
-    const char *plot_path;
-    struct plot *plot;
-    const char *names; /* of the registers, with commas */
-    bool servos;       /* every servo is recorded: how many there are is not known before */
-    size_t shown;      /* of the recorded registers; 0 until the first row */
-    uint64_t rows;     /* so far */
-    double row_first, row_last; /* their times */
-    struct host_osc osc;
+    struct record record;
     struct plant plant; /* with --bus */
     struct capture capture;
     const char *pcap_path;
@@ -50,7 +34,6 @@ struct run {
     bool in_process;
     uint64_t messages_shown, faults_shown;
     double begin, shown_at;
-    int csv_error;
 };
 
 static double seconds(void)
@@ -126,80 +109,12 @@ static void show_status(struct run *run, const struct evidence *evidence)
     fflush(run->screen);
 }
 
-/* The shortest decimal that reads back as the same number, so that equal runs give equal files. */
-static void print_number(FILE *stream, double value)
-{
-    char text[32];
-    for (int digits = 15; digits <= 17; digits++) {
-        snprintf(text, sizeof text, "%.*g", digits, value);
-        if (strtod(text, NULL) == value || isnan(value))
-            break;
-    }
-    fputs(text, stream);
-}
-
-static const struct catalogue *catalogue_of(const struct run *run)
-{
-    const struct product *product = run->experiment.host.product;
-    return catalogue_find(product->generation, (int)product->memory_id);
-}
-
-/* The first rows are here, or there are none: now it is known which registers are there. */
-static void begin_rows(struct run *run, const struct evidence *evidence)
-{
-    static char names[RECORD_MAX * SERVO_NAMES];
-    if (run->shown > 0)
-        return;
-    run->shown = run->recording.count;
-    snprintf(names, sizeof names, "%s", run->names);
-    if (run->servos) {
-        const size_t servos = evidence->servo_count > 0 ? evidence->servo_count : 1;
-        run->shown = 2 * servos < run->shown ? 2 * servos : run->shown;
-        char *end = names;
-        for (size_t i = 0; i < run->shown; i++)
-            end += strcspn(end, ",") + 1;
-        end[-1] = '\0';
-    }
-    if (run->csv.stream != NULL)
-        fprintf(run->csv.stream, "time_s,%s\n", run->servos ? names : run->names);
-    if (run->plot_path != NULL)
-        run->plot = plot_new(run->servos ? names : run->names, catalogue_of(run));
-}
-
-static void write_row(struct run *run, const double *row)
-{
-    fprintf(run->csv.stream, "%.6f", row[0]);
-    for (size_t k = 1; k <= run->shown; k++) {
-        fputc(',', run->csv.stream);
-        print_number(run->csv.stream, row[k]);
-    }
-    fputc('\n', run->csv.stream);
-}
-
-static void take_rows(struct run *run, const struct evidence *evidence, const double *rows,
-                      size_t row_count)
-{
-    begin_rows(run, evidence);
-    if (run->rows == 0)
-        run->row_first = rows[0];
-    run->rows += row_count;
-    for (; row_count > 0; row_count--, rows += 1 + run->recording.count) {
-        run->row_last = rows[0];
-        if (run->csv.stream != NULL)
-            write_row(run, rows);
-        if (run->plot != NULL)
-            plot_row(run->plot, rows);
-    }
-    if (run->csv.stream != NULL && ferror(run->csv.stream))
-        run->csv_error = EXIT_CALL;
-}
-
 static void progress(void *argument, const struct evidence *evidence, const double *rows,
                      size_t row_count)
 {
     struct run *run = argument;
     if (row_count > 0)
-        take_rows(run, evidence, rows, row_count);
+        record_rows(&run->record, evidence, rows, row_count);
     const double now = seconds();
     if (now - run->shown_at < (run->terminal ? 0.1 : 1.0))
         return;
@@ -208,42 +123,6 @@ static void progress(void *argument, const struct evidence *evidence, const doub
         EVIDENCE_BETWEEN) /* a message that is being written is shown next time */
         show_events(run, evidence);
     show_status(run, evidence);
-}
-
-/* "SERVO[0].Position,SERVO[0].WritePosition" */
-static int read_registers(struct run *run, const char *option, const char *list)
-{
-    const struct product *product = run->experiment.host.product;
-    const struct catalogue *catalogue = catalogue_of(run);
-    const size_t most = strcmp(option, "--osc") == 0 ? OSC_CHANNELS : RECORD_MAX;
-    char why[CATALOGUE_WHY];
-    run->names = list;
-    if (catalogue == NULL)
-        return complain(run->command, "%s: no register names for %s", option, product->title);
-    if (list[0] == '\0' || list[strlen(list) - 1] == ',')
-        return complain(run->command, "%s needs register names with commas between them", option);
-    while (*list != '\0') {
-        char name[128];
-        const size_t length = strcspn(list, ",");
-        if (run->recording.count == most)
-            return complain(run->command, "%s takes at most %zu registers", option, most);
-        if (length == 0 || length >= sizeof name)
-            return complain(run->command,
-                            "%s needs register names with commas between them, not '%s'", option,
-                            list);
-        memcpy(name, list, length);
-        name[length] = '\0';
-        if (catalogue_resolve(catalogue, name, &run->registers[run->recording.count], why) != 0)
-            return complain(run->command, "%s: %s", option, why);
-        if (!host_has_register(&run->experiment.host, &run->registers[run->recording.count]))
-            return complain(run->command, "%s: %s is past the end of %s on %s", option, name,
-                            run->registers[run->recording.count].memory->name, product->title);
-        run->recording.count++;
-        list += length + (list[length] == ',');
-    }
-    run->recording.registers = run->registers;
-    run->recording.every = 1;
-    return 0;
 }
 
 static int tell_incident(const struct run *run, const struct evidence_incident *incident,
@@ -298,50 +177,10 @@ static int conclude(struct run *run, const struct experiment_result *result, con
     return status;
 }
 
-/* What TG Motion's oscilloscope has recorded; a trigger that never came is no fault of anybody. */
-static void tell_osc(const struct run *run)
-{
-    if (run->recording.osc == NULL)
-        return;
-    if (run->rows == 0)
-        fprintf(run->screen, "  oscilloscope: %s\n",
-                run->osc.triggered ? "the trigger did not come; nothing was recorded"
-                                   : "nothing was recorded");
-    else
-        fprintf(run->screen, "  oscilloscope: %" PRIu64 " samples, %.6g s to %.6g s%s\n", run->rows,
-                run->row_first, run->row_last, run->osc.triggered ? " of the trigger" : "");
-}
-
-static int draw_plot(const struct run *run, const char *module)
-{
-    char title[FINDING_TEXT];
-    const struct product *product = run->experiment.host.product;
-    if (run->plot == NULL)
-        return complain(run->command, "no memory for the picture");
-    snprintf(title, sizeof title, "%s on %s, Cycle_Time %u us", module, product->title,
-             run->experiment.host.cycle_us);
-    return plot_draw(run->plot, run->command, run->plot_path, title);
-}
-
-/* CSV and picture. `status` is that of the run; a call in vain replaces nothing. */
-static int finish_recording(struct run *run, int status, const char *module)
-{
-    if (run->csv.stream != NULL) {
-        const int r = output_close(&run->csv, status != EXIT_CALL);
-        if (r != 0 || run->csv_error != 0)
-            status = complain(run->command, "cannot write '%s': %s", run->csv_path,
-                              r != 0 ? strerror(-r) : "write error");
-    }
-    if (run->plot_path != NULL && status != EXIT_CALL && draw_plot(run, module) != 0)
-        status = EXIT_CALL;
-    return status;
-}
-
 static int play(struct run *run, const char *path)
 {
     struct experiment_result result;
     const char *slash = strrchr(path, '/');
-    const bool recording = run->recording.count > 0;
     run->begin = run->shown_at = seconds();
     int r;
     if (run->in_process) {
@@ -353,24 +192,21 @@ static int play(struct run *run, const char *path)
         if (run->experiment.host.shm != NULL && shm_make(&shm, &run->experiment.host, why) != 0)
             return complain(run->command, "%s", why);
         stop_catch(&run->experiment, &shm);
-        r = experiment_run(&run->experiment, run->image, recording ? &run->recording : NULL,
-                           progress, run, &result);
+        r = experiment_run(&run->experiment, run->image, record_recording(&run->record), progress,
+                           run, &result);
         shm_remove(&shm);
         stop_restore();
         if (r != 0)
             return complain(run->command, "no worker process: %s", strerror(-r));
     }
     int status = conclude(run, &result, slash != NULL ? slash + 1 : path);
-    if (recording)
-        begin_rows(run, &result.evidence);
-    if (status != EXIT_CALL)
-        tell_osc(run);
     if (eeprom_write(run->command, &run->eeprom, &result.evidence) != 0)
         status = EXIT_CALL;
     r = capture_close(&run->capture);
     if (r != 0 && r != -EBADMSG) /* that one is the worker's, and told */
         status = complain(run->command, "cannot write '%s': %s", run->pcap_path, strerror(-r));
-    return finish_recording(run, status, slash != NULL ? slash + 1 : path);
+    return record_finish(&run->record, &result.evidence, status, slash != NULL ? slash + 1 : path,
+                         run->screen);
 }
 
 static int open_module(struct run *run, const struct profile *profile, const char *path,
@@ -430,20 +266,20 @@ static int refuse_self(const struct run *run, const char *option, const char *fi
 
 static int open_files(struct run *run, const char *module)
 {
-    int status = refuse_self(run, "--csv", run->csv_path, module);
+    int status = refuse_self(run, "--csv", run->record.csv_path, module);
     if (status == 0)
         status = refuse_self(run, "--pcap", run->pcap_path, module);
     if (status == 0)
-        status = refuse_self(run, "--plot", run->plot_path, module);
+        status = refuse_self(run, "--plot", run->record.plot_path, module);
     if (status == 0)
         status = refuse_self(run, "--eeprom", run->eeprom.path, module);
     if (status != 0)
         return status;
-    const char *path = run->csv_path;
-    int r = path != NULL ? output_open(&run->csv, path) : 0;
-    if (r == 0 && run->pcap_path != NULL)
-        r = capture_open(&run->capture, path = run->pcap_path, 0);
-    return r == 0 ? 0 : complain(run->command, "cannot write '%s': %s", path, strerror(-r));
+    if (record_open(&run->record) != 0)
+        return EXIT_CALL;
+    const int r = run->pcap_path != NULL ? capture_open(&run->capture, run->pcap_path, 0) : 0;
+    return r == 0 ? 0
+                  : complain(run->command, "cannot write '%s': %s", run->pcap_path, strerror(-r));
 }
 
 static int start(struct run *run, const struct profile *profile, const char *path)
@@ -452,14 +288,13 @@ static int start(struct run *run, const struct profile *profile, const char *pat
     int status = open_module(run, profile, path, &image);
     if (status == 0)
         status = open_files(run, path);
-    const bool taken = run->csv.stream == stdout || run->capture.output.stream == stdout;
+    const bool taken = run->record.csv.stream == stdout || run->capture.output.stream == stdout;
     run->screen = taken ? stderr : stdout;
     run->terminal = isatty(fileno(run->screen)) != 0;
     run->experiment.host.capture = capture_pcap(&run->capture);
     if (status == 0)
         status = play(run, path);
-    output_close(&run->csv, false);
-    plot_free(run->plot);
+    record_close(&run->record);
     capture_close(&run->capture);
     if (image != NULL)
         image_close(image);
@@ -471,67 +306,11 @@ static bool is_stdout(const char *path)
     return path != NULL && strcmp(path, "-") == 0;
 }
 
-/* What is to be recorded, as the command line says it. */
-struct wanted {
-    const char *record, *osc, *trigger; /* NULL: not said */
-    uint64_t every, pretrigger;         /* 0: not said */
-};
-
-/* "SERVO[0].WritePosition,SERVO[0].Position,SERVO[1]...": all that there may be. */
-static const char *every_servo(const struct product *product)
-{
-    static char names[RECORD_MAX * SERVO_NAMES];
-    for (unsigned i = 0, at = 0; i < product->max_servo && i < RECORD_MAX / 2; i++)
-        at += (unsigned)snprintf(names + at, sizeof names - at,
-                                 "%sSERVO[%u].WritePosition,SERVO[%u].Position", i > 0 ? "," : "",
-                                 i, i);
-    return names;
-}
-
-static int read_osc(struct run *run, const struct wanted *wanted)
-{
-    run->osc = (struct host_osc){ .channels = run->registers,
-                                  .count = run->recording.count,
-                                  .every = wanted->every > 0 ? (uint32_t)wanted->every : 1,
-                                  .pretrigger = (uint32_t)wanted->pretrigger };
-    run->recording.osc = &run->osc;
-    return wanted->trigger == NULL
-               ? 0
-               : scope_read_trigger(run->command, catalogue_of(run), wanted->trigger, &run->osc);
-}
-
-static int choose_recording(struct run *run, const struct wanted *wanted)
-{
-    const struct command *command = run->command;
-    const char *names = wanted->osc != NULL ? wanted->osc : wanted->record;
-    int status;
-    if (wanted->osc != NULL && wanted->record != NULL)
-        return complain(command, "--osc and --record exclude each other");
-    if (wanted->osc == NULL && (wanted->trigger || wanted->every || wanted->pretrigger))
-        return complain(command, "--osc-trigger, --osc-pretrigger and --osc-every belong to --osc");
-    run->servos = names == NULL && run->plot_path != NULL;
-    if (run->servos)
-        names = every_servo(run->experiment.host.product);
-    if ((names == NULL) != (run->csv_path == NULL && run->plot_path == NULL))
-        return complain(command,
-                        "%s and --csv or --plot go together: which registers, and where to",
-                        wanted->osc != NULL ? "--osc" : "--record");
-    if (names == NULL)
-        return 0;
-    if (run->in_process)
-        return complain(command, "--in-process does not record");
-    if (run->plot_path != NULL && (status = plot_possible(command, run->plot_path)) != 0)
-        return status;
-    status = read_registers(run, wanted->osc != NULL ? "--osc" : "--record", names);
-    return status == 0 && wanted->osc != NULL ? read_osc(run, wanted) : status;
-}
-
 int command_run(const struct command *command, int argc, char **argv)
 {
     static struct run run;
     const char *profile_name = "pc4", *bus = NULL, *module = NULL, *faults = NULL;
     const char *config = NULL;
-    struct wanted wanted = { 0 };
     static struct configuration configuration;
     const char *can = NULL;
     char *script = NULL, *can_script = NULL;
@@ -544,20 +323,21 @@ int command_run(const struct command *command, int argc, char **argv)
         { "--cycle", OPTION_NUMBER, "US", "Cycle_Time in microseconds (default 500)", &cycle_us, 0,
           0 },
         { "--record", OPTION_TEXT, "NAMES",
-          "registers to record, as in 'SERVO[0].Position,DIO[0].In0'", &wanted.record, 0, 0 },
+          "registers to record, as in 'SERVO[0].Position,DIO[0].In0'", &run.record.registers, 0,
+          0 },
         { "--csv", OPTION_TEXT, "FILE", "where the recording goes, - for standard output",
-          &run.csv_path, 0, 0 },
+          &run.record.csv_path, 0, 0 },
         { "--plot", OPTION_TEXT, "FILE",
           "draw it: .png or .svg; without --record: where every servo is and is to be",
-          &run.plot_path, 0, 0 },
+          &run.record.plot_path, 0, 0 },
         { "--osc", OPTION_TEXT, "NAMES", "record with TG Motion's oscilloscope instead",
-          &wanted.osc, 0, 0 },
+          &run.record.osc, 0, 0 },
         { "--osc-every", OPTION_NUMBER, "N", "cycles from sample to sample (default 1)",
-          &wanted.every, 1, UINT32_MAX },
+          &run.record.every, 1, UINT32_MAX },
         { "--osc-trigger", OPTION_TEXT, "WHEN", "start at an edge, as in 'DIO[0].In0 rising 0.5'",
-          &wanted.trigger, 0, 0 },
+          &run.record.trigger, 0, 0 },
         { "--osc-pretrigger", OPTION_NUMBER, "N", "samples from before the trigger (5.02: pc5)",
-          &wanted.pretrigger, 1, 0xffffff },
+          &run.record.pretrigger, 1, 0xffffff },
         { "--pcap", OPTION_TEXT, "FILE", "capture of the bus for Wireshark, - for standard output",
           &run.pcap_path, 0, 0 },
         { "--seed", OPTION_NUMBER, "N", "seed of places, poison and machine (default 0x1d2f)",
@@ -613,14 +393,16 @@ int command_run(const struct command *command, int argc, char **argv)
         return complain(command, "--cycle must be %s, not %" PRIu64, allowed, cycle_us);
     }
     run.experiment.host.product = product;
-    if (is_stdout(run.csv_path) && is_stdout(run.pcap_path))
+    if (is_stdout(run.record.csv_path) && is_stdout(run.pcap_path))
         return complain(command, "--csv and --pcap cannot both go to standard output");
-    if ((status = choose_recording(&run, &wanted)) != 0)
+    if ((status = record_choose(&run.record, command, &run.experiment.host)) != 0)
         return status;
     if (clock_read(command, clock, &run.experiment) != 0 ||
         (preempt != NULL && preempt_read(command, preempt, &run.experiment) != 0) ||
         (prefix != NULL && shm_prefix_check(command, prefix) != 0))
         return EXIT_CALL;
+    if (run.in_process && record_recording(&run.record) != NULL)
+        return complain(command, "--in-process does not record");
     if (run.in_process && (run.experiment.real_clock || shm || prefix != NULL))
         return complain(command, "--in-process has no --clock real and no --shm");
     if (run.experiment.real_clock && preempt != NULL)
