@@ -336,7 +336,10 @@ static void endless_recording_keeps_the_newest(void **state)
     setup.bytes = 8 * 4;
     setup.endless = true;
     assert_true(osc_start(&osc, &setup));
-    for (count = 0; count < 21; count++)
+    for (count = 0; count < 9; count++)
+        assert_true(osc_cycle(&osc));
+    assert_int_equal(osc.start, 1);
+    for (; count < 21; count++)
         assert_true(osc_cycle(&osc));
     assert_int_equal(osc.recorded, 21);
     for (uint32_t i = 0; i < 8; i++)
