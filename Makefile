@@ -76,6 +76,7 @@ BUS_SRC := client.c client_cycle.c client_jobs.c client_map.c client_watch.c cli
     busfile.c
 TERMINALS := $(wildcard harness/bus/terminals/*.device)
 HOST_SRC := realtime.c shm.c product.c schedule.c extent.c servo_wire.c \
+    servo_select.c \
     config.c config_keys.c config_check.c \
     catalogue.c text16.c evidence.c plant.c host_select.c osc.c experiment.c \
     profile_shape.c \
@@ -84,7 +85,12 @@ HOST_SRC := realtime.c shm.c product.c schedule.c extent.c servo_wire.c \
     channel.c \
     drive_error.c \
     can.c \
-    can_script.c
+    can_script.c \
+    angle.c \
+    interp_path.c \
+    interp_run.c \
+    interp_filter.c \
+    interp_file.c
 # What touches registers: once for each layout of the shared memories.
 LAYOUT_SRC := measure.c \
     plc.c \
@@ -102,7 +108,9 @@ LAYOUT_SRC := measure.c \
     safety.c \
     statistics.c \
     eeprom.c \
-    can_memory.c
+    can_memory.c \
+    interpolator.c \
+    interpolator_command.c
 LAYOUTS := gen4 gen5_905 gen5_906
 REPORT_SRC := text.c json.c \
     curves.c \
@@ -174,6 +182,7 @@ FUZZERS := fuzz_image fuzz_text \
     fuzz_faults \
     fuzz_code \
     fuzz_device \
+    fuzz_config \
     fuzz_text16
 .PHONY: fuzz
 fuzz: $(addprefix $(BUILD)/fuzz/,$(FUZZERS)) ## fuzz the readers of module files and fault scripts, the SDK's text and the bus segment for FUZZ_SECONDS each (default 300)
@@ -291,6 +300,11 @@ $(BUILD)/fuzz/fuzz_text: tests/fuzz_text.c sdk/src/number.c sdk/src/text16.c sdk
 	@mkdir -p $(@D)
 	@echo "  FUZZ   $@"
 	$(Q)$(FUZZ_CC) -DTGM_HOST -o $@ $(filter %.c,$^) -lm
+
+$(BUILD)/fuzz/fuzz_config: tests/fuzz_config.c $(addprefix harness/host/,config.c config_keys.c config_check.c product.c plant.c servo_select.c) harness/bus/scan.c | $(BUILD)/.deps-test
+	@mkdir -p $(@D)
+	@echo "  FUZZ   $@"
+	$(Q)$(FUZZ_CC) -o $@ $(filter %.c,$^) -linih
 
 $(BUILD)/fuzz/fuzz_text16: tests/fuzz_text16.c harness/host/text16.c | $(BUILD)/.deps-test
 	@mkdir -p $(@D)

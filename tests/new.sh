@@ -43,6 +43,10 @@ for lang in c cpp pascal; do
     expect "$lang: six exports and no import" 0 "exports       6" "imports       none"
     run make -C "five_$lang" check CHECK_FLAGS='--cycles 200' TGM="$tgm"
     expect "$lang: it passes as a module of 5.02" 0 "RESULT: PASS" "profile=pc5"
+    [ $lang = pascal ] || for product in tgmmini tgmcontroller tgzmotion; do
+        run make -C "five_$lang" check TGM_PROFILE=$product CONFIG= CHECK_FLAGS='--cycles 200' TGM="$tgm"
+        expect "$lang: a rebuild for $product passes" 0 "RESULT: PASS" "profile=$product"
+    done
     run make -C "five_$lang" TGM="$tgm" TARGET=pe64
     expect "$lang: generation 5 for a PC" 0 "VERIFY"
     run make -C "five_$lang" TGM="$tgm" TGM_MEMORY_ID=905

@@ -22,7 +22,9 @@ $(FIXTURE_DIR)/%.tgm: conformance/fixtures/%.c conformance/fixtures/base.h sdk/i
 UNIT_TESTS := test_osc test_text16 test_catalogue test_fixtures \
     test_profile \
     test_curves \
-    test_schedule
+    test_schedule \
+    test_interp_path \
+    test_config
 SDK_TESTS := test_sdk_mem test_sdk_text test_sdk_motion test_sdk_start test_sdk_start5 test_sdk_start8
 IMAGE_TESTS := test_image test_image_real test_image_bad test_image_damage test_image_memory \
     test_image_pe test_image_pe_bad test_image_arm test_image_flat \
@@ -105,7 +107,8 @@ HOST_TESTS := test_scope test_host \
     test_plc \
     test_preempt \
     test_motion \
-    test_gear
+    test_gear \
+    test_interpolator
 HOST_TESTS += test_services
 HOST_TESTS += test_can
 HOST_TESTS += test_eeprom
@@ -126,6 +129,8 @@ $(addprefix $(BUILD)/obj/tests/,$(HOST_TESTS:=.o)): ALL_CFLAGS += -DTEST_HOST_MO
 $(addprefix $(BUILD)/test/,$(HOST_TESTS)): | $(HOST_MODULES)
 $(BUILD)/obj/tests/test_plc.o: ALL_CFLAGS += -DTEST_TEMPLATE='"$(BUILD)/template/shuttle.tgm"'
 $(BUILD)/test/test_plc: | template-linked
+# Counts what the allocator is asked for.
+$(BUILD)/test/test_interpolator: LDFLAGS += $(addprefix -Wl$(comma)--wrap=,malloc calloc realloc)
 
 include tests/modules/image.mk
 $(addprefix $(BUILD)/obj/tests/,$(IMAGE_TESTS:=.o) image_support.o image_support_pe.o): ALL_CFLAGS += -DTEST_MODULES_DIR='"$(BUILD)/modules"'

@@ -42,6 +42,8 @@ static int can_memory_open(struct host *host, char why[HOST_WHY])
     int r = can_open(&host->can, host->config.can, name, host->config.product->can_buffer, text);
     if (r != 0)
         snprintf(why, HOST_WHY, "%s", text);
+    if (r == 0 && host->config.can_kbit != 0)
+        host->can.kbit[0] = host->config.can_kbit;
     for (unsigned i = 0; i < GENERATION(CAN_CHANNELS, 1) && r == 0; i++) {
         void *module;
         r = machine_map(host->machine, names[i], CAN_IDS * sizeof(struct entry_can),

@@ -107,7 +107,7 @@ struct config_key {
     const int64_t *list; /* ends with -1 */
     size_t offset;       /* in struct config, of element 0 */
     int64_t fallback;
-    const char *source; /* document, or "ours" */
+    const char *source; /* "manual", "headers" or "ours" (decision C2) */
     const char *meaning;
 };
 

@@ -109,6 +109,7 @@ static void close_host(struct host *host)
     rewind_free(host);
     if (host->bus != NULL)
         bus_close(host->bus);
+    interpolators_close(host);
     free(host);
 }
 
@@ -462,4 +463,7 @@ const struct host_ops HOST_OPS = {
     .cycles = cycles,
     .time = host_time_of,
     .register_at = register_at,
+    .interpolator_load = interpolator_load,
+    .interpolator_start = interpolator_start,
+    .interpolator_stop = interpolator_stop,
 };

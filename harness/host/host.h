@@ -26,6 +26,7 @@
 #include "bus/bus.h"
 #include "host/catalogue.h"
 #include "host/evidence.h"
+#include "host/interp_path.h"
 #include "host/product.h"
 #include "machine/machine.h"
 
@@ -136,6 +137,10 @@ struct host_config {
     struct realtime *real; /* opened: slots come when they are due by the wall clock */
     const char
         *shm; /* memories are POSIX shared memory with this in front of their names (shm.h) */
+    unsigned interpolators;          /* 0: as many as the product has */
+    uint32_t interpolator_buffer[3]; /* parts; 0: 2000 */
+    const struct interp_path *path;  /* for interpolator 0, which is started at that time */
+    uint64_t path_start_ns;
 };
 
 /* Size of a shared memory of the product so configured: what the layout leaves to the product. */
@@ -213,5 +218,19 @@ uint64_t host_cycles(const struct host *host);
 uint64_t host_time(const struct host *host);
 /* Address of a resolved register in the host's memory; NULL past the end of it. */
 const void *host_register(const struct host *host, const struct catalogue_register *reg);
+
+/*
+ * The CNC side of an interpolator, which a PLC has no access to. Call between cycles; nothing is
+ * allocated.
+ *
+ * load fills the buffer with a copy of the path, or appends to one that said there would be more.
+ * 0; -EBUSY while it moves; -ENOSPC; -EINVAL; with a reason. start: false when there is nothing to
+ * run or it runs. stop: along the path, on the normal or the emergency ramp; drop forgets what is
+ * left of the path, otherwise start goes on.
+ */
+int host_interpolator_load(struct host *host, unsigned number, const struct interp_path *path,
+                           bool append, char why[HOST_WHY]);
+bool host_interpolator_start(struct host *host, unsigned number);
+void host_interpolator_stop(struct host *host, unsigned number, bool emergency, bool drop);
 
 #endif

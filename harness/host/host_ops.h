@@ -26,6 +26,10 @@ struct host_ops {
     uint64_t (*cycles)(const struct host *host);
     uint64_t (*time)(const struct host *host);
     const void *(*register_at)(const struct host *host, const struct catalogue_register *reg);
+    int (*interpolator_load)(struct host *host, unsigned number, const struct interp_path *path,
+                             bool append, char why[HOST_WHY]);
+    bool (*interpolator_start)(struct host *host, unsigned number);
+    void (*interpolator_stop)(struct host *host, unsigned number, bool emergency, bool drop);
 };
 
 extern const struct host_ops host_gen4, host_gen5_905, host_gen5_906;

@@ -19,7 +19,9 @@
 #include "host/channel.h"
 #include "host/console.h"
 #include "host/general.h"
+#include "host/angle.h"
 #include "host/host_ops.h"
+#include "host/interpolator.h"
 #include "host/motion.h"
 #include "host/osc.h"
 #include "host/plc.h"
@@ -191,6 +193,9 @@ struct host {
     struct realtime *real; /* NULL: the clock is virtual */
     struct measured measured;
     struct host_copy *copy; /* of the start; NULL: TG Motion cannot begin anew */
+    struct interpolator interpolators[INTERPOLATORS_MOST];
+    size_t interpolator_count;
+    bool path_started; /* the one of the configuration */
 
     uint64_t cycle, now_ns, timer_ms;
     size_t slot;          /* the next one of the cycle */
@@ -209,6 +214,8 @@ extern const struct host_part host_scope;
 extern const struct host_part host_timers, host_servo, host_capture, host_motion, host_dio;
 extern const struct host_part host_console, host_statistics, host_eeprom, host_safety, host_general,
     host_channels, host_can;
+extern const struct host_part host_timers, host_servo, host_capture, host_motion, host_dio,
+    host_interpolator;
 
 /* services.c: fills the functions of a PLC_DATA; the services act for this host from now on. */
 void services_bind(struct host *host, PLC_DATA *data);
@@ -291,6 +298,18 @@ void host_clear_parts(struct host *host);
 uint64_t host_time_of(const struct host *host);
 /* When the next slot is due, from the first cycle. */
 uint64_t host_next_slot_ns(const struct host *host);
+/* interpolator.c: the CNC side (host.h), and what interpolator_command.c needs. */
+int interpolator_load(struct host *host, unsigned number, const struct interp_path *path,
+                      bool append, char why[HOST_WHY]);
+bool interpolator_start(struct host *host, unsigned number);
+void interpolator_stop(struct host *host, unsigned number, bool emergency, bool drop);
+uint32_t interpolator_step_us(const struct host *host);
+/* It stands there now, without having moved. */
+void interpolator_place(struct interpolator *in, const double position[INTERP_AXES]);
+void interpolators_close(struct host *host);
+
+/* interpolator_command.c: carries out INTERPOLATOR.Command, in front of a step. */
+void interpolator_command(const struct host *host, struct interpolator *in);
 
 /* memories.c */
 int memories_open(struct host *host, char why[HOST_WHY]);

@@ -104,3 +104,19 @@ const void *host_register(const struct host *host, const struct catalogue_regist
 {
     return ops(host)->register_at(host, reg);
 }
+
+int host_interpolator_load(struct host *host, unsigned number, const struct interp_path *path,
+                           bool append, char why[HOST_WHY])
+{
+    return ops(host)->interpolator_load(host, number, path, append, why);
+}
+
+bool host_interpolator_start(struct host *host, unsigned number)
+{
+    return ops(host)->interpolator_start(host, number);
+}
+
+void host_interpolator_stop(struct host *host, unsigned number, bool emergency, bool drop)
+{
+    ops(host)->interpolator_stop(host, number, emergency, drop);
+}

@@ -48,8 +48,11 @@ struct servo_wire {
  * controller has no Node: it is the first drive on the bus. */
 size_t wire_slave(const struct plant *plant, const struct host_servo *servo);
 
-/* Servo types of drives inside the controller. */
+/* Servo types of drives inside the controller: TGZ+Motion's, TGMcontroller's, both with other I/O. */
 bool wire_is_internal(uint32_t type);
+
+/* Axes of a TGZ, 0 when the slave is none. Both axes are in its maps even when it has one. */
+unsigned wire_tgz_axes(const struct plant *plant, size_t slave);
 
 /* Axes that can be servos; 0 for everything that is no drive. */
 unsigned wire_axes(const struct bus *bus, const struct plant *plant, size_t slave);

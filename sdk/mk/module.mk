@@ -16,6 +16,9 @@
 # May be set before the include, or on the command line:
 #   TARGET          elf64 (default), pe64, pe32, tgmmini, tgmcontroller, tgzmotion: docs/targets.md
 #   TGM_GENERATION  4 or 5 (default: 4 on elf64, pe64, pe32; 5 on the others); TGM_MEMORY_ID 905 or 906
+#   TGM_PROFILE     which TG Motion judges and runs it, on elf64: pc4, pc500 or pc5 by the generation; tgmmini,
+#                   tgmcontroller, tgzmotion (a rebuild with their text: docs/targets.md)
+#   CONFIG          configuration of TG Motion for check and run; default: controller.ini, where it is
 #   CC, CXX         on elf64: gcc (default) or clang, g++ or clang++
 #   MATH            yes: link the mathematics of <tgm/math.h>
 #   MODULE_CFLAGS, MODULE_LDFLAGS   added last
@@ -47,7 +50,17 @@ endif
 
 include $(TGM_SDK)/mk/target-$(TARGET).mk
 
-TGM_GENERATION ?= 4
+# Products whose text is UTF-8.
+tgm_text8 := $(filter tgmmini tgmcontroller tgzmotion,$(TGM_PROFILE))
+ifeq ($(origin TGM_GENERATION),undefined)
+TGM_GENERATION := $(if $(tgm_text8)$(filter pc5 pc500,$(TGM_PROFILE)),5,4)
+endif
+ifneq ($(filter pc500,$(TGM_PROFILE)),)
+TGM_MEMORY_ID ?= 905
+endif
+ifeq ($(TARGET),elf64)
+tgm_cflags += $(if $(tgm_text8),-DTGM_TEXT8)
+endif
 ifneq ($(tgm_prefix),)
 tgm_cc  := $(tgm_prefix)gcc
 tgm_cxx := $(tgm_prefix)g++
@@ -146,21 +159,23 @@ endif
 # about the module as linked.
 tgm_judged = $(if $(filter elf64,$(TARGET)),yes)
 TGM_PROFILE ?= $(if $(filter 4,$(TGM_GENERATION)),pc4,$(if $(filter 905,$(TGM_MEMORY_ID)),pc500,pc5))
+CONFIG      ?= $(wildcard controller.ini)
+tgm_played  := --profile $(TGM_PROFILE) $(if $(strip $(CONFIG)),--config $(CONFIG))
 tgm_need = @[ "$(tgm_judged)" = yes ] || { echo "TARGET=$(TARGET) is built and inspected," \
     "not judged or run yet (docs/targets.md)" >&2; exit 3; }; command -v $(TGM) >/dev/null || \
     { echo "$(TGM) is not there: build the harness first (make in its own folder) or set TGM=path/to/tgm" >&2; exit 2; }
 
 check: $(tgm_linked)
 	$(tgm_need)
-	$(TGM) check --profile $(TGM_PROFILE) $(CHECK_FLAGS) $(tgm_linked)
+	$(TGM) check $(tgm_played) $(CHECK_FLAGS) $(tgm_linked)
 
 run: $(tgm_file)
 	$(tgm_need)
-	$(TGM) run --profile $(TGM_PROFILE) $(RUN_FLAGS) $(tgm_file)
+	$(TGM) run $(tgm_played) $(RUN_FLAGS) $(tgm_file)
 
 debug: $(tgm_file)
 	$(tgm_need)
-	gdb -q -x $(TGM_SDK)/gdb/tgm.gdb --args $(TGM) run --in-process --profile $(TGM_PROFILE) $(RUN_FLAGS) $(abspath $(tgm_file))
+	gdb -q -x $(TGM_SDK)/gdb/tgm.gdb --args $(TGM) run --in-process $(tgm_played) $(RUN_FLAGS) $(abspath $(tgm_file))
 
 clean:
 	rm -rf $(BUILD)

@@ -14,6 +14,7 @@
 #
 # May be set before the include, or on the command line:
 #   TARGET          elf64 (default) or pe64: docs/targets.md. TG Motion takes Pascal on a PC only
+#   CONFIG          configuration of TG Motion for check and run; default: controller.ini, where it is
 #   TGM_GENERATION  4 (default) or 5; TGM_MEMORY_ID 905 or 906 (default) of generation 5. The sources see
 #                   TGM_GENERATION_4, or TGM_GENERATION_5 and TGM_MEMORY_905 or TGM_MEMORY_906, and choose
 #                   their units by them: uses {$ifdef TGM_GENERATION_4} tgm_gen4 {$else} tgm_gen5_906 {$endif}
@@ -152,21 +153,23 @@ $(tgm_file): $(tgm_linked) $(TGM_SDK)/mk/verify.sh $(TGM_SDK)/mk/verify_pascal.s
 # about the module as linked.
 tgm_judged = $(if $(filter elf64,$(TARGET)),yes)
 TGM_PROFILE ?= $(if $(filter 4,$(TGM_GENERATION)),pc4,$(if $(filter 905,$(TGM_MEMORY_ID)),pc500,pc5))
+CONFIG      ?= $(wildcard controller.ini)
+tgm_played  := --profile $(TGM_PROFILE) $(if $(strip $(CONFIG)),--config $(CONFIG))
 tgm_need = @[ "$(tgm_judged)" = yes ] || { echo "TARGET=$(TARGET) is built and inspected," \
     "not judged or run yet (docs/targets.md)" >&2; exit 3; }; command -v $(TGM) >/dev/null || \
     { echo "$(TGM) is not there: build the harness first (make in its own folder) or set TGM=path/to/tgm" >&2; exit 2; }
 
 check: $(tgm_linked)
 	$(tgm_need)
-	$(TGM) check --profile $(TGM_PROFILE) $(CHECK_FLAGS) $(tgm_linked)
+	$(TGM) check $(tgm_played) $(CHECK_FLAGS) $(tgm_linked)
 
 run: $(tgm_file)
 	$(tgm_need)
-	$(TGM) run --profile $(TGM_PROFILE) $(RUN_FLAGS) $(tgm_file)
+	$(TGM) run $(tgm_played) $(RUN_FLAGS) $(tgm_file)
 
 debug: $(tgm_file)
 	$(tgm_need)
-	gdb -q -x $(TGM_SDK)/gdb/tgm.gdb --args $(TGM) run --in-process --profile $(TGM_PROFILE) $(RUN_FLAGS) $(abspath $(tgm_file))
+	gdb -q -x $(TGM_SDK)/gdb/tgm.gdb --args $(TGM) run --in-process $(tgm_played) $(RUN_FLAGS) $(abspath $(tgm_file))
 
 clean:
 	rm -rf $(BUILD)
