@@ -112,12 +112,15 @@ LAYOUT_SRC := measure.c \
     interpolator.c \
     interpolator_command.c
 LAYOUTS := gen4 gen5_905 gen5_906
-REPORT_SRC := text.c json.c
+REPORT_SRC := text.c json.c \
+    curves.c \
+    picture.c
 CLI_SRC := main.c options.c output.c check.c run.c inspect.c inspect_text.c inspect_json.c rules.c new.c registers.c \
     clock.c \
     config.c \
     configuration.c \
     capture.c bus.c plot.c scope.c \
+    record.c \
     device.c \
     eeprom.c \
     path.c

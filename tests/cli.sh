@@ -233,38 +233,6 @@ expect "run tells of a refused start" 1 "Program_Ini returned 2"
 run "$tgm" run "$work/letter"
 expect "run of no module" 1 "text"
 
-# --- oscilloscope and pictures --------------------------------------------------------------------
-run "$tgm" run "$module" --for 2s --osc 'MAIN.Servo_Tick,DIO[0].In0' --osc-trigger 'DIO[0].In0 rising 0.5' \
-    --osc-every 4 --csv "$work/osc.csv"
-expect "run --osc" 0 "cycle 4000 of 4000"
-head -n 2 "$work/osc.csv" >"$out"
-expect "its first sample is the trigger's cycle" 0 "time_s,MAIN.Servo_Tick,DIO[0].In0" "0.000000,1"
-awk -F, 'NR > 2 && ($2 - last != 4 || $1 - at < 0.0019 || $1 - at > 0.0021) {exit 1} {last = $2; at = $1}' "$work/osc.csv" &&
-    pass "one sample every four cycles" || fail "one sample every four cycles"
-run "$tgm" run "$module" --osc 'MAIN.Servo_Tick' --osc-pretrigger 5 --csv "$work/osc.csv"
-expect "a pre-trigger needs 5.02" 2 "samples before the trigger need TG Motion 5.02 and a trigger"
-run "$tgm" run "$module" --osc 'MAIN.Servo_Tick' --osc-trigger 'DIO[0].In0 upwards 1' --csv "$work/osc.csv"
-expect "a wrong edge" 2 "the edge is rising or falling, not 'upwards'"
-if command -v gnuplot >/dev/null 2>&1; then
-    run "$tgm" run "$module" --for 2s --plot "$work/axis.png"
-    expect "run --plot" 0 "cycle 4000 of 4000"
-    [ "$(head -c 8 "$work/axis.png" | od -An -tx1 | tr -d ' ')" = 89504e470d0a1a0a ] && pass "draws a PNG" || fail "draws a PNG"
-    run "$tgm" plot "$work/osc.csv" --to "$work/osc.svg"
-    expect "tgm plot" 0
-    cp "$work/osc.svg" "$out"
-    expect "an SVG with names and a time axis" 0 "<svg" "MAIN.Servo_Tick" "DIO[0].In0" "time (s)"
-    run "$tgm" run "$module" --for 100ms --record 'SERVO[0].Position' --plot "$work/unit.svg" --csv "$work/unit.csv"
-    cp "$work/unit.svg" "$out"
-    expect "units come from the layouts" 0 ">inc<"
-else
-    echo "SKIP pictures: gnuplot is not installed"
-fi
-run "$tgm" run "$module" --plot "$work/axis.bmp"
-expect "a picture of another kind" 2 "a picture ends in .png or .svg, not"
-printf 'a,b\n1,2\n' >"$work/other.csv"
-run "$tgm" plot "$work/other.csv" --to "$work/other.png"
-expect "a file that is no recording" 2 "other.csv:1: not a recording of tgm run"
-
 # --- bus files ------------------------------------------------------------------------------------
 printf 'drive-cia402\nek1100\ndi-8 input 0 square 400ms phase 100ms\ndo-16\ndrive-ideal\nring\n' >"$work/line.bus"
 run "$tgm" run "$module" --for 200ms --bus "$work/line.bus" --record 'MAIN.Number_Servos,MAIN.Number_Dios,SERVO[1].EtherCATState' --csv "$work/line.csv"

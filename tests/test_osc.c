@@ -249,6 +249,84 @@ static void a_pretrigger_as_large_as_the_memory_leaves_room_for_the_trigger(void
         assert_int_equal(stored_count(&osc, (osc.start + i) % 4), 47 + (int32_t)i);
 }
 
+static void samples_stay_in_step_across_the_trigger_when_some_are_kept(void **state)
+{
+    struct osc_setup setup = triggered(OSC_RISING, 20);
+    struct osc osc;
+
+    (void)state;
+    setup.bytes = 10 * 4;
+    setup.every = 4;
+    setup.pretrigger = 2;
+    assert_true(osc_start(&osc, &setup));
+    /* Sampled: 1, 5, 9, 13, 17; the trigger comes with 20, between two samples. */
+    for (int32_t i = 1; i < 20; i++)
+        assert_false(with(&osc, i));
+    assert_true(with(&osc, 20));
+    assert_int_equal(osc.recorded, 2);
+    assert_int_equal(osc.lag, 1);
+    for (int32_t i = 21; i < 30; i++)
+        with(&osc, i);
+    assert_int_equal(osc.recorded, 5);
+    for (uint32_t i = 0; i < 5; i++)
+        assert_int_equal(stored_count(&osc, (osc.start + i) % 10), 13 + 4 * (int32_t)i);
+}
+
+static void the_ring_before_the_trigger_wraps_in_an_endless_recording_too(void **state)
+{
+    struct osc_setup setup = triggered(OSC_RISING, 50);
+    struct osc osc;
+
+    (void)state;
+    setup.bytes = 8 * 4;
+    setup.pretrigger = 3;
+    setup.endless = true;
+    assert_true(osc_start(&osc, &setup));
+    for (int32_t i = 20; i < 61; i++)
+        with(&osc, i);
+    assert_int_equal(osc.state, OSC_RECORDING);
+    assert_int_equal(osc.recorded, 3 + 11);
+    for (uint32_t i = 0; i < 8; i++)
+        assert_int_equal(stored_count(&osc, (osc.start + i) % 8), 53 + (int32_t)i);
+}
+
+static void its_own_memory_may_be_recorded(void **state)
+{
+    struct osc_setup setup = setup_of(2);
+    struct osc osc;
+
+    (void)state;
+    /* Channel 1 reads the very place that it is stored to, and then that place again. */
+    setup.bytes = 4 * 12;
+    setup.channels[1] = (struct osc_source){ (uint8_t *)memory + 16, OSC_F64 };
+    memory[2] = 0x1122334455667788;
+    assert_true(osc_start(&osc, &setup));
+    assert_int_equal(osc.offset[1], 16);
+    for (int i = 0; i < 4; i++)
+        osc_cycle(&osc);
+    for (size_t i = 2; i < 6; i++)
+        assert_int_equal(memory[i], 0x1122334455667788);
+}
+
+static void a_value_that_is_no_number_never_triggers(void **state)
+{
+    struct osc_setup setup = triggered(OSC_RISING, 20);
+    struct osc osc;
+    const double readings[] = { 10, __builtin_nan(""), 30, 31, 10 };
+
+    (void)state;
+    setup.triggers[0].source = (struct osc_source){ &position, OSC_F64 };
+    assert_true(osc_start(&osc, &setup));
+    for (size_t i = 0; i < sizeof readings / sizeof *readings; i++) {
+        position = readings[i];
+        osc_cycle(&osc);
+        assert_int_equal(osc.state, OSC_WAITING);
+    }
+    position = 20;
+    osc_cycle(&osc);
+    assert_int_equal(osc.state, OSC_RECORDING);
+}
+
 static void endless_recording_keeps_the_newest(void **state)
 {
     struct osc_setup setup = setup_of(1);
@@ -258,7 +336,10 @@ static void endless_recording_keeps_the_newest(void **state)
     setup.bytes = 8 * 4;
     setup.endless = true;
     assert_true(osc_start(&osc, &setup));
-    for (count = 0; count < 21; count++)
+    for (count = 0; count < 9; count++)
+        assert_true(osc_cycle(&osc));
+    assert_int_equal(osc.start, 1);
+    for (; count < 21; count++)
         assert_true(osc_cycle(&osc));
     assert_int_equal(osc.recorded, 21);
     for (uint32_t i = 0; i < 8; i++)
@@ -395,6 +476,10 @@ int main(void)
         cmocka_unit_test(samples_from_before_the_trigger_are_kept),
         cmocka_unit_test(fewer_are_kept_when_the_trigger_comes_early),
         cmocka_unit_test(a_pretrigger_as_large_as_the_memory_leaves_room_for_the_trigger),
+        cmocka_unit_test(samples_stay_in_step_across_the_trigger_when_some_are_kept),
+        cmocka_unit_test(the_ring_before_the_trigger_wraps_in_an_endless_recording_too),
+        cmocka_unit_test(its_own_memory_may_be_recorded),
+        cmocka_unit_test(a_value_that_is_no_number_never_triggers),
         cmocka_unit_test(endless_recording_keeps_the_newest),
         cmocka_unit_test(packed_samples_lie_behind_one_another),
         cmocka_unit_test(any_or_all_of_several_triggers),

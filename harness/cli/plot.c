@@ -1,40 +1,29 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
-/*
- * Recordings as pictures. Gnuplot reads the CSV file by itself; what it is told goes through a
- * pipe, so no script is left behind. Registers of one unit share a panel; numbers without fractions
- * are drawn as steps.
- */
+/* Recordings as pictures. Gnuplot is told all through a pipe: no script and no data are left
+ * behind. */
 #include "cli/plot.h"
 
 #include <errno.h>
+#include <math.h>
 #include <signal.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
-enum { COLUMNS = 64, PANEL_PIXELS = 300, HEAD_PIXELS = 60, WIDTH_PIXELS = 1200, POINTS = 20000 };
+#include "report/picture.h"
 
-struct column {
-    char name[160];
-    const char *unit; /* "" when it has none */
-    bool steps;
+struct plot {
+    char *names; /* each ends with '\0' */
+    struct picture_curve columns[PICTURE_CURVES];
+    size_t count;
+    struct curves *curves;
 };
 
-struct table {
-    struct column columns[COLUMNS];
-    unsigned count;
-    unsigned long rows;
-};
-
-static const char *terminal_of(const char *path)
+static bool kind_of(const char *path, enum picture_kind *kind)
 {
     const char *dot = strrchr(path, '.');
-    if (dot != NULL && strcmp(dot, ".png") == 0)
-        return "pngcairo";
-    if (dot != NULL && strcmp(dot, ".svg") == 0)
-        return "svg";
-    return NULL;
+    *kind = dot != NULL && strcmp(dot, ".svg") == 0 ? PICTURE_SVG : PICTURE_PNG;
+    return dot != NULL && (*kind == PICTURE_SVG || strcmp(dot, ".png") == 0);
 }
 
 static bool on_path(const char *program)
@@ -53,7 +42,8 @@ static bool on_path(const char *program)
 
 int plot_possible(const struct command *command, const char *path)
 {
-    if (terminal_of(path) == NULL)
+    enum picture_kind kind;
+    if (!kind_of(path, &kind))
         return complain(command, "a picture ends in .png or .svg, not '%s'", path);
     if (!on_path("gnuplot"))
         return complain(command, "gnuplot draws the pictures and is not installed: apt-get install "
@@ -77,162 +67,171 @@ static bool resolve(const struct catalogue *catalogue, const char *name,
     return false;
 }
 
-static void describe(struct column *column, const struct catalogue *catalogue)
+static void describe(struct picture_curve *column, const char *name,
+                     const struct catalogue *catalogue)
 {
     struct catalogue_register reg;
-    column->unit = "";
-    if (!resolve(catalogue, column->name, &reg))
+    *column = (struct picture_curve){ .name = name, .unit = "" };
+    if (!resolve(catalogue, name, &reg))
         return;
     if (strcmp(reg.unit, "-") != 0 && strcmp(reg.unit, "?") != 0)
         column->unit = reg.unit;
-    column->steps = reg.type != F32 && reg.type != F64;
+    column->whole = reg.type != F32 && reg.type != F64;
 }
 
-/* The head names the columns; behind the first, which is the time. */
-static int read_head(const struct command *command, const char *csv, char *line,
-                     const struct catalogue *catalogue, struct table *table)
+struct plot *plot_new(const char *names, const struct catalogue *catalogue)
+{
+    struct plot *plot = calloc(1, sizeof *plot);
+    if (plot == NULL)
+        return NULL;
+    plot->names = strdup(names);
+    for (char *at = plot->names; at != NULL; plot->count++) {
+        char *name = strsep(&at, ",");
+        if (plot->count == PICTURE_CURVES)
+            goto none;
+        describe(&plot->columns[plot->count], name, catalogue);
+    }
+    plot->curves = plot->count > 0 ? curves_new(plot->count) : NULL;
+    if (plot->curves != NULL)
+        return plot;
+none:
+    plot_free(plot);
+    return NULL;
+}
+
+void plot_free(struct plot *plot)
+{
+    if (plot == NULL)
+        return;
+    curves_free(plot->curves);
+    free(plot->names);
+    free(plot);
+}
+
+size_t plot_columns(const struct plot *plot)
+{
+    return plot->count;
+}
+
+void plot_row(struct plot *plot, const double *row)
+{
+    curves_add(plot->curves, row);
+}
+
+/* True when gnuplot took everything and ended well. */
+static bool tell_gnuplot(const struct picture *picture, enum picture_kind kind, const char *path)
+{
+    /* A gnuplot that ends early must not end us. */
+    void (*const before)(int) = signal(SIGPIPE, SIG_IGN);
+    FILE *gnuplot = popen("exec gnuplot -d", "w");
+    bool good = gnuplot != NULL;
+    if (good) {
+        picture_script(gnuplot, picture, kind, path);
+        good = pclose(gnuplot) == 0;
+    }
+    signal(SIGPIPE, before);
+    return good;
+}
+
+int plot_draw(const struct plot *plot, const struct command *command, const char *path,
+              const char *title)
+{
+    const struct picture picture = { title, plot->columns, plot->count, plot->curves };
+    enum picture_kind kind;
+    struct output output;
+    int status = plot_possible(command, path);
+    if (status != 0)
+        return status;
+    if (curves_rows(plot->curves) == 0)
+        return complain(command, "nothing was recorded: there is nothing to draw in '%s'", path);
+    kind_of(path, &kind);
+    int r = output_open(&output, path);
+    if (r == 0) {
+        const char *file = output.temporary != NULL ? output.temporary : output.path;
+        const bool good = tell_gnuplot(&picture, kind, file);
+        r = output_close(&output, good);
+        if (!good)
+            return complain(command, "gnuplot could not draw '%s'", path);
+    }
+    return r == 0 ? 0 : complain(command, "cannot write '%s': %s", path, strerror(-r));
+}
+
+/* The head names the columns behind the first, which is the time. */
+static int read_head(const struct command *command, const char *csv, char *line, struct plot **plot)
 {
     line[strcspn(line, "\r\n")] = '\0';
-    char *at = strchr(line, ',');
     if (strncmp(line, "time_s,", 7) != 0)
         return complain(command, "%s:1: not a recording of tgm run: expected time_s and registers",
                         csv);
-    while (at != NULL && table->count < COLUMNS) {
-        struct column *column = &table->columns[table->count++];
-        char *name = at + 1;
-        at = strchr(name, ',');
-        if (at != NULL)
-            *at = '\0';
-        snprintf(column->name, sizeof column->name, "%s", name);
-        describe(column, catalogue);
-    }
-    return 0;
+    *plot = plot_new(line + 7, NULL);
+    return *plot != NULL
+               ? 0
+               : complain(command, "%s:1: at most %d registers can be drawn", csv, PICTURE_CURVES);
 }
 
-static int read_table(const struct command *command, const char *csv,
-                      const struct catalogue *catalogue, struct table *table)
+static bool read_row(const char *line, size_t count, double *row)
 {
-    FILE *file = fopen(csv, "r");
-    char *line = NULL;
-    size_t size = 0;
-    if (file == NULL)
-        return complain(command, "cannot read '%s': %s", csv, strerror(errno));
-    int status = getline(&line, &size, file) > 0 ? read_head(command, csv, line, catalogue, table)
-                                                 : complain(command, "'%s' is empty", csv);
-    while (status == 0 && getline(&line, &size, file) > 0)
-        table->rows++;
-    free(line);
-    fclose(file);
-    if (status == 0 && table->rows == 0)
-        status = complain(command, "'%s' has no rows: there is nothing to draw", csv);
-    return status;
-}
-
-/* In quotes of gnuplot's, in which a quote is doubled. */
-static void quoted(FILE *gnuplot, const char *text)
-{
-    fputc('\'', gnuplot);
-    for (; *text != '\0'; text++) {
-        if (*text == '\'')
-            fputc('\'', gnuplot);
-        fputc((unsigned char)*text < 0x20 ? '?' : *text, gnuplot);
-    }
-    fputc('\'', gnuplot);
-}
-
-static bool first_of_unit(const struct table *table, unsigned i)
-{
-    for (unsigned k = 0; k < i; k++)
-        if (strcmp(table->columns[k].unit, table->columns[i].unit) == 0)
+    for (size_t i = 0; i < count; i++) {
+        char *end;
+        row[i] = strtod(line, &end);
+        if (end == line ||
+            (i + 1 < count ? *end != ',' : *end != '\0' && strchr("\r\n", *end) == NULL))
             return false;
+        line = end + 1;
+    }
     return true;
 }
 
-static void draw_panel(FILE *gnuplot, const char *csv, const struct table *table, unsigned first)
+static int read_rows(const struct command *command, const char *csv, FILE *file, struct plot **plot)
 {
-    const unsigned long every = (table->rows + POINTS - 1) / POINTS;
-    const char *separator = "plot ";
-    fprintf(gnuplot, "set ylabel ");
-    quoted(gnuplot, table->columns[first].unit[0] != '\0' ? table->columns[first].unit : "value");
-    fprintf(gnuplot, " noenhanced\n");
-    for (unsigned i = first; i < table->count; i++) {
-        const struct column *column = &table->columns[i];
-        if (strcmp(column->unit, table->columns[first].unit) != 0)
-            continue;
-        fputs(separator, gnuplot);
-        quoted(gnuplot, csv);
-        fprintf(gnuplot, " every %lu::1 using 1:%u with %s linewidth 1.5 title ", every, i + 2,
-                column->steps ? "steps" : "lines");
-        quoted(gnuplot, column->name);
-        fprintf(gnuplot, " noenhanced");
-        separator = ", ";
+    char *line = NULL;
+    size_t size = 0;
+    double row[1 + PICTURE_CURVES], before = -INFINITY;
+    int status = getline(&line, &size, file) > 0 ? read_head(command, csv, line, plot)
+                                                 : complain(command, "'%s' is empty", csv);
+    for (unsigned long n = 2; status == 0 && getline(&line, &size, file) > 0; n++) {
+        if (!read_row(line, 1 + plot_columns(*plot), row))
+            status = complain(command, "%s:%lu: expected %zu numbers with commas between them", csv,
+                              n, 1 + plot_columns(*plot));
+        else if (!(row[0] >= before && row[0] < INFINITY))
+            status = complain(command, "%s:%lu: the time must not go back", csv, n);
+        else
+            plot_row(*plot, row);
+        before = row[0];
     }
-    fputc('\n', gnuplot);
-}
-
-static void draw(FILE *gnuplot, const char *csv, const char *path, const char *title,
-                 const struct table *table)
-{
-    unsigned panels = 0, drawn = 0;
-    for (unsigned i = 0; i < table->count; i++)
-        panels += first_of_unit(table, i);
-    fprintf(gnuplot, "set terminal %s size %d,%u font 'sans,11'\nset output ", terminal_of(path),
-            WIDTH_PIXELS, HEAD_PIXELS + panels * PANEL_PIXELS);
-    quoted(gnuplot, path);
-    fprintf(gnuplot,
-            "\nset datafile separator ','\nset grid linecolor rgb '#dddddd'\nset border 3\n"
-            "set tics nomirror\nset key outside right top\nset lmargin 14\nset rmargin 34\n"
-            "set format y '%%.6g'\n");
-    fprintf(gnuplot, "set multiplot layout %u,1 title ", panels);
-    quoted(gnuplot, title);
-    fprintf(gnuplot, " noenhanced\n");
-    for (unsigned i = 0; i < table->count; i++) {
-        if (!first_of_unit(table, i))
-            continue;
-        if (++drawn == panels)
-            fprintf(gnuplot, "set xlabel 'time (s)'\n");
-        draw_panel(gnuplot, csv, table, i);
-    }
-    fprintf(gnuplot, "unset multiplot\n");
-}
-
-int plot_draw(const struct command *command, const char *csv, const char *path, const char *title,
-              const struct catalogue *catalogue)
-{
-    struct table *table = calloc(1, sizeof *table);
-    FILE *gnuplot = NULL;
-    if (table == NULL)
-        return complain(command, "no memory");
-    int status = plot_possible(command, path);
-    if (status == 0)
-        status = read_table(command, csv, catalogue, table);
-    if (status == 0) {
-        signal(SIGPIPE, SIG_IGN);
-        gnuplot = popen("exec gnuplot", "w");
-        if (gnuplot == NULL)
-            status = complain(command, "cannot run gnuplot: %s", strerror(errno));
-    }
-    if (gnuplot != NULL) {
-        draw(gnuplot, csv, path, title, table);
-        if (pclose(gnuplot) != 0)
-            status = complain(command, "gnuplot could not draw '%s'", path);
-    }
-    free(table);
+    if (status == 0 && ferror(file))
+        status = complain(command, "cannot read '%s': %s", csv, strerror(errno));
+    free(line);
     return status;
 }
 
 int command_plot(const struct command *command, int argc, char **argv)
 {
-    const char *csv = NULL, *picture = NULL;
+    const char *csv = NULL, *path = NULL, *title = NULL;
     const struct option table[] = {
-        { "--to", OPTION_TEXT, "FILE", "the picture: a name that ends in .png or .svg", &picture, 0,
+        { "--to", OPTION_TEXT, "FILE", "the picture: a name that ends in .png or .svg", &path, 0,
           0 },
+        { "--title", OPTION_TEXT, "TEXT",
+          "what stands over it (default: the name of the recording)", &title, 0, 0 },
         { 0 },
     };
+    struct plot *plot = NULL;
     int words, status;
     if (!options_read(command, table, argc, argv, &csv, 1, &words, &status))
         return status;
-    if (words == 0 || picture == NULL)
+    if (words == 0 || path == NULL)
         return complain(command, "usage: tgm plot %s", command->usage);
-    return plot_draw(command, csv, picture, csv, NULL);
+    if ((status = plot_possible(command, path)) != 0)
+        return status;
+    if (same_file(csv, path))
+        return complain(command, "--to '%s' is the recording itself", path);
+    FILE *file = fopen(csv, "r");
+    if (file == NULL)
+        return complain(command, "cannot read '%s': %s", csv, strerror(errno));
+    status = read_rows(command, csv, file, &plot);
+    fclose(file);
+    if (status == 0)
+        status = plot_draw(plot, command, path, title != NULL ? title : csv);
+    plot_free(plot);
+    return status;
 }

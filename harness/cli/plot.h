@@ -10,9 +10,17 @@
  * or EXIT_CALL. To be asked before a long run. */
 int plot_possible(const struct command *command, const char *path);
 
-/* Draws a CSV file as tgm run writes it: one panel a unit, units by the catalogue (NULL: of
- * whichever product knows the names). 0 or EXIT_CALL. */
-int plot_draw(const struct command *command, const char *csv, const char *path, const char *title,
-              const struct catalogue *catalogue);
+struct plot;
+
+/* For registers with commas between their names; units by the catalogue (NULL: of whichever product
+ * knows the names). NULL when there is no memory, or no end of registers. */
+struct plot *plot_new(const char *names, const struct catalogue *catalogue);
+void plot_free(struct plot *plot);
+size_t plot_columns(const struct plot *plot);
+/* The time in seconds, and a value for every register. */
+void plot_row(struct plot *plot, const double *row);
+/* 0 or EXIT_CALL. The picture appears when it is complete. */
+int plot_draw(const struct plot *plot, const struct command *command, const char *path,
+              const char *title);
 
 #endif

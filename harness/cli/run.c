@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 #include <errno.h>
 #include <inttypes.h>
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
@@ -14,27 +13,19 @@
 #include "cli/configuration.h"
 #include "cli/clock.h"
 #include "cli/path.h"
-#include "cli/plot.h"
-#include "cli/scope.h"
+#include "cli/record.h"
 #include "conformance/profile.h"
 #include "conformance/rules.h"
 #include "host/can.h"
 
-#define RECORD_MAX 64
-#define RUN_WHY    1024
+#define RUN_WHY 1024
 
 /* One run on its way: what was asked for and what has been shown so far. */
 struct run {
     const struct command *command;
     const struct image *image;
     struct experiment experiment;
-    struct catalogue_register registers[RECORD_MAX];
-    struct recording recording;
-    struct output csv;
-    const char *csv_path;
-    const char *plot_path;
-    char plot_csv[32]; /* recorded here when only a picture is wanted, "" otherwise */
-    struct host_osc osc;
+    struct record record;
     struct plant plant; /* with --bus */
     struct capture capture;
     const char *pcap_path;
@@ -44,7 +35,6 @@ struct run {
     bool in_process;
     uint64_t messages_shown, faults_shown;
     double begin, shown_at;
-    int csv_error;
 };
 
 static double seconds(void)
@@ -120,39 +110,12 @@ static void show_status(struct run *run, const struct evidence *evidence)
     fflush(run->screen);
 }
 
-/* The shortest decimal that reads back as the same number, so that equal runs give equal files. */
-static void print_number(FILE *stream, double value)
-{
-    char text[32];
-    for (int digits = 15; digits <= 17; digits++) {
-        snprintf(text, sizeof text, "%.*g", digits, value);
-        if (strtod(text, NULL) == value || isnan(value))
-            break;
-    }
-    fputs(text, stream);
-}
-
-static void write_rows(struct run *run, const double *rows, size_t row_count)
-{
-    const size_t width = 1 + run->recording.count;
-    for (size_t i = 0; i < row_count; i++, rows += width) {
-        fprintf(run->csv.stream, "%.6f", rows[0]);
-        for (size_t k = 1; k < width; k++) {
-            fputc(',', run->csv.stream);
-            print_number(run->csv.stream, rows[k]);
-        }
-        fputc('\n', run->csv.stream);
-    }
-    if (ferror(run->csv.stream))
-        run->csv_error = EXIT_CALL;
-}
-
 static void progress(void *argument, const struct evidence *evidence, const double *rows,
                      size_t row_count)
 {
     struct run *run = argument;
     if (row_count > 0)
-        write_rows(run, rows, row_count);
+        record_rows(&run->record, evidence, rows, row_count);
     const double now = seconds();
     if (now - run->shown_at < (run->terminal ? 0.1 : 1.0))
         return;
@@ -161,51 +124,6 @@ static void progress(void *argument, const struct evidence *evidence, const doub
         EVIDENCE_BETWEEN) /* a message that is being written is shown next time */
         show_events(run, evidence);
     show_status(run, evidence);
-}
-
-static const struct catalogue *catalogue_of(const struct run *run)
-{
-    const struct product *product = run->experiment.host.product;
-    return catalogue_find(product->generation, (int)product->memory_id);
-}
-
-/* "SERVO[0].Position,SERVO[0].WritePosition" */
-static int read_registers(struct run *run, const char *list)
-{
-    const struct product *product = run->experiment.host.product;
-    const struct catalogue *catalogue = catalogue_of(run);
-    char why[CATALOGUE_WHY];
-    if (catalogue == NULL)
-        return complain(run->command, "--record: no register names for %s", product->title);
-    if (list[0] == '\0' || list[strlen(list) - 1] == ',')
-        return complain(run->command, "--record needs register names with commas between them");
-    while (*list != '\0') {
-        char name[128];
-        const size_t length = strcspn(list, ",");
-        if (run->recording.count == RECORD_MAX)
-            return complain(run->command, "--record takes at most %d registers", RECORD_MAX);
-        if (length == 0 || length >= sizeof name)
-            return complain(run->command,
-                            "--record needs register names with commas between them, not '%s'",
-                            list);
-        memcpy(name, list, length);
-        name[length] = '\0';
-        if (catalogue_resolve(catalogue, name, &run->registers[run->recording.count], why) != 0)
-            return complain(run->command, "--record: %s", why);
-        if (!host_has_register(&run->experiment.host, &run->registers[run->recording.count]))
-            return complain(run->command, "--record: %s is past the end of %s on %s", name,
-                            run->registers[run->recording.count].memory->name, product->title);
-        run->recording.count++;
-        list += length + (list[length] == ',');
-    }
-    run->recording.registers = run->registers;
-    run->recording.every = 1;
-    return 0;
-}
-
-static void write_head(struct run *run, const char *list)
-{
-    fprintf(run->csv.stream, "time_s,%s\n", list);
 }
 
 static int tell_incident(const struct run *run, const struct evidence_incident *incident,
@@ -261,20 +179,10 @@ static int conclude(struct run *run, const struct experiment_result *result, con
     return status;
 }
 
-static int draw_plot(const struct run *run, const char *module)
-{
-    char title[FINDING_TEXT];
-    const struct product *product = run->experiment.host.product;
-    snprintf(title, sizeof title, "%s on %s, Cycle_Time %u us", module, product->title,
-             run->experiment.host.cycle_us);
-    return plot_draw(run->command, run->csv_path, run->plot_path, title, catalogue_of(run));
-}
-
 static int play(struct run *run, const char *path)
 {
     struct experiment_result result;
     const char *slash = strrchr(path, '/');
-    const bool recording = run->recording.count > 0;
     run->begin = run->shown_at = seconds();
     int r;
     if (run->in_process) {
@@ -286,8 +194,8 @@ static int play(struct run *run, const char *path)
         if (run->experiment.host.shm != NULL && shm_make(&shm, &run->experiment.host, why) != 0)
             return complain(run->command, "%s", why);
         stop_catch(&run->experiment, &shm);
-        r = experiment_run(&run->experiment, run->image, recording ? &run->recording : NULL,
-                           progress, run, &result);
+        r = experiment_run(&run->experiment, run->image, record_recording(&run->record), progress,
+                           run, &result);
         shm_remove(&shm);
         stop_restore();
         if (r != 0)
@@ -299,17 +207,8 @@ static int play(struct run *run, const char *path)
     r = capture_close(&run->capture);
     if (r != 0 && r != -EBADMSG) /* that one is the worker's, and told */
         status = complain(run->command, "cannot write '%s': %s", run->pcap_path, strerror(-r));
-    if (run->csv.stream != NULL) {
-        r = output_close(&run->csv, status != EXIT_CALL); /* a call in vain replaces nothing */
-        if (r != 0 || run->csv_error != 0)
-            status = complain(run->command, "cannot write '%s': %s", run->csv_path,
-                              r != 0 ? strerror(-r) : "write error");
-        else if (run->plot_path != NULL && status != EXIT_CALL)
-            r = draw_plot(run, slash != NULL ? slash + 1 : path);
-        if (run->plot_path != NULL && r != 0)
-            status = EXIT_CALL;
-    }
-    return status;
+    return record_finish(&run->record, &result.evidence, status, slash != NULL ? slash + 1 : path,
+                         run->screen);
 }
 
 static int open_module(struct run *run, const struct profile *profile, const char *path,
@@ -367,56 +266,37 @@ static int refuse_self(const struct run *run, const char *option, const char *fi
                : 0;
 }
 
-/* A picture alone: the recording lies in a file of its own until it is drawn. */
-static int make_plot_csv(struct run *run)
+static int open_files(struct run *run, const char *module)
 {
-    snprintf(run->plot_csv, sizeof run->plot_csv, "/tmp/tgm-plot-XXXXXX");
-    const int fd = mkstemp(run->plot_csv);
-    if (fd < 0) {
-        run->plot_csv[0] = '\0';
-        return complain(run->command, "cannot make a temporary file: %s", strerror(errno));
-    }
-    close(fd);
-    run->csv_path = run->plot_csv;
-    return 0;
-}
-
-static int open_files(struct run *run, const char *module, const char *record)
-{
-    int status = refuse_self(run, "--csv", run->csv_path, module);
+    int status = refuse_self(run, "--csv", run->record.csv_path, module);
     if (status == 0)
         status = refuse_self(run, "--pcap", run->pcap_path, module);
+    if (status == 0)
+        status = refuse_self(run, "--plot", run->record.plot_path, module);
     if (status == 0)
         status = refuse_self(run, "--eeprom", run->eeprom.path, module);
     if (status != 0)
         return status;
-    if (run->plot_path != NULL && run->csv_path == NULL && make_plot_csv(run) != 0)
+    if (record_open(&run->record) != 0)
         return EXIT_CALL;
-    const char *path = run->csv_path;
-    int r = path != NULL ? output_open(&run->csv, path) : 0;
-    if (r == 0 && path != NULL)
-        write_head(run, record);
-    if (r == 0 && run->pcap_path != NULL)
-        r = capture_open(&run->capture, path = run->pcap_path, 0);
-    return r == 0 ? 0 : complain(run->command, "cannot write '%s': %s", path, strerror(-r));
+    const int r = run->pcap_path != NULL ? capture_open(&run->capture, run->pcap_path, 0) : 0;
+    return r == 0 ? 0
+                  : complain(run->command, "cannot write '%s': %s", run->pcap_path, strerror(-r));
 }
 
-static int start(struct run *run, const struct profile *profile, const char *path,
-                 const char *record)
+static int start(struct run *run, const struct profile *profile, const char *path)
 {
     struct image *image = NULL;
     int status = open_module(run, profile, path, &image);
     if (status == 0)
-        status = open_files(run, path, record);
-    const bool taken = run->csv.stream == stdout || run->capture.output.stream == stdout;
+        status = open_files(run, path);
+    const bool taken = run->record.csv.stream == stdout || run->capture.output.stream == stdout;
     run->screen = taken ? stderr : stdout;
     run->terminal = isatty(fileno(run->screen)) != 0;
     run->experiment.host.capture = capture_pcap(&run->capture);
     if (status == 0)
         status = play(run, path);
-    output_close(&run->csv, false);
-    if (run->plot_csv[0] != '\0')
-        unlink(run->plot_csv);
+    record_close(&run->record);
     capture_close(&run->capture);
     if (image != NULL)
         image_close(image);
@@ -431,13 +311,12 @@ static bool is_stdout(const char *path)
 int command_run(const struct command *command, int argc, char **argv)
 {
     static struct run run;
-    const char *profile_name = "pc4", *record = NULL, *bus = NULL, *module = NULL, *faults = NULL;
-    const char *osc = NULL, *osc_trigger = NULL, *config = NULL;
+    const char *profile_name = "pc4", *bus = NULL, *module = NULL, *faults = NULL;
+    const char *config = NULL;
     static struct configuration configuration;
     static struct interp_path path;
     const char *path_file = NULL;
     uint64_t path_start = UINT64_C(1000000000);
-    uint64_t osc_every = 1, osc_before = 0;
     const char *can = NULL;
     char *script = NULL, *can_script = NULL;
     const char *preempt = NULL, *clock = "virtual", *prefix = NULL;
@@ -449,20 +328,21 @@ int command_run(const struct command *command, int argc, char **argv)
         { "--cycle", OPTION_NUMBER, "US", "Cycle_Time in microseconds (default 500)", &cycle_us, 0,
           0 },
         { "--record", OPTION_TEXT, "NAMES",
-          "registers to record, as in 'SERVO[0].Position,DIO[0].In0'", &record, 0, 0 },
-        { "--csv", OPTION_TEXT, "FILE", "where the recording goes, - for standard output",
-          &run.csv_path, 0, 0 },
-        { "--plot", OPTION_TEXT, "FILE",
-          "draw the recording: .png or .svg; without --record: where SERVO[0] goes", &run.plot_path,
-          0, 0 },
-        { "--osc", OPTION_TEXT, "NAMES", "record with TG Motion's oscilloscope instead", &osc, 0,
+          "registers to record, as in 'SERVO[0].Position,DIO[0].In0'", &run.record.registers, 0,
           0 },
-        { "--osc-every", OPTION_NUMBER, "N", "cycles from sample to sample (default 1)", &osc_every,
-          1, UINT32_MAX },
+        { "--csv", OPTION_TEXT, "FILE", "where the recording goes, - for standard output",
+          &run.record.csv_path, 0, 0 },
+        { "--plot", OPTION_TEXT, "FILE",
+          "draw it: .png or .svg; without --record: where every servo is and is to be",
+          &run.record.plot_path, 0, 0 },
+        { "--osc", OPTION_TEXT, "NAMES", "record with TG Motion's oscilloscope instead",
+          &run.record.osc, 0, 0 },
+        { "--osc-every", OPTION_NUMBER, "N", "cycles from sample to sample (default 1)",
+          &run.record.every, 1, UINT32_MAX },
         { "--osc-trigger", OPTION_TEXT, "WHEN", "start at an edge, as in 'DIO[0].In0 rising 0.5'",
-          &osc_trigger, 0, 0 },
-        { "--osc-pretrigger", OPTION_NUMBER, "N", "samples from before the trigger (pc5)",
-          &osc_before, 0, 0xffffff },
+          &run.record.trigger, 0, 0 },
+        { "--osc-pretrigger", OPTION_NUMBER, "N", "samples from before the trigger (5.02: pc5)",
+          &run.record.pretrigger, 1, 0xffffff },
         { "--pcap", OPTION_TEXT, "FILE", "capture of the bus for Wireshark, - for standard output",
           &run.pcap_path, 0, 0 },
         { "--seed", OPTION_NUMBER, "N", "seed of places, poison and machine (default 0x1d2f)",
@@ -521,49 +401,23 @@ int command_run(const struct command *command, int argc, char **argv)
         product_cycles_text(product, allowed, sizeof allowed);
         return complain(command, "--cycle must be %s, not %" PRIu64, allowed, cycle_us);
     }
-    if (osc != NULL && record != NULL)
-        return complain(command, "--osc and --record exclude each other");
-    if (osc == NULL && (osc_trigger != NULL || osc_before != 0))
-        return complain(command, "--osc-trigger and --osc-pretrigger belong to --osc");
-    if (osc != NULL)
-        record = osc;
-    if (record == NULL && run.plot_path != NULL && run.csv_path == NULL)
-        record = "SERVO[0].WritePosition,SERVO[0].Position,SERVO[0].Speed";
-    if ((record == NULL) != (run.csv_path == NULL && run.plot_path == NULL))
-        return complain(command,
-                        "%s and --csv or --plot go together: which registers, and where to",
-                        osc != NULL ? "--osc" : "--record");
-    if (run.plot_path != NULL && is_stdout(run.csv_path))
-        return complain(command, "--plot needs the recording in a file, not on standard output");
-    if (run.plot_path != NULL && (status = plot_possible(command, run.plot_path)) != 0)
-        return status;
-    if (is_stdout(run.csv_path) && is_stdout(run.pcap_path))
+    run.experiment.host.product = product;
+    if (is_stdout(run.record.csv_path) && is_stdout(run.pcap_path))
         return complain(command, "--csv and --pcap cannot both go to standard output");
-    if (run.in_process && record != NULL)
-        return complain(command, "--in-process does not record");
+    if ((status = record_choose(&run.record, command, &run.experiment.host)) != 0)
+        return status;
     if (clock_read(command, clock, &run.experiment) != 0 ||
         (preempt != NULL && preempt_read(command, preempt, &run.experiment) != 0) ||
         (prefix != NULL && shm_prefix_check(command, prefix) != 0))
         return EXIT_CALL;
+    if (run.in_process && record_recording(&run.record) != NULL)
+        return complain(command, "--in-process does not record");
     if (run.in_process && (run.experiment.real_clock || shm || prefix != NULL))
         return complain(command, "--in-process has no --clock real and no --shm");
     if (run.experiment.real_clock && preempt != NULL)
         return complain(command, "--preempt is for the virtual clock: the real one interrupts");
     run.experiment.host.shm = prefix != NULL ? prefix : shm ? "" : NULL;
     run.experiment.host.resettable = true;
-    run.experiment.host.product = product;
-    if (record != NULL && (status = read_registers(&run, record)) != 0)
-        return status;
-    if (osc != NULL) {
-        run.osc = (struct host_osc){ .channels = run.registers,
-                                     .count = run.recording.count,
-                                     .every = (uint32_t)osc_every,
-                                     .pretrigger = (uint32_t)osc_before };
-        run.recording.osc = &run.osc;
-        if (osc_trigger != NULL &&
-            (status = scope_read_trigger(command, catalogue_of(&run), osc_trigger, &run.osc)) != 0)
-            return status;
-    }
     if ((status = eeprom_read(command, &run.eeprom, &run.experiment.host)) != 0 ||
         (status = read_can(&run, can, &can_script)) != 0)
         return status;
@@ -587,7 +441,7 @@ int command_run(const struct command *command, int argc, char **argv)
     if (bus != NULL)
         host->plant = &run.plant;
     run.experiment.cycles = (duration + cycle_us * 1000 - 1) / (cycle_us * 1000);
-    status = start(&run, profile, module, record);
+    status = start(&run, profile, module);
     free(script);
     free(can_script);
     path_close(&path);

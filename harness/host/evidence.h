@@ -92,6 +92,7 @@ struct evidence {
     uint64_t time_ns; /* simulated */
 
     /* For the status line of `tgm run`; the bus as the host last saw it. */
+    unsigned servo_count; /* register groups with an axis; of the first ones: */
     unsigned axis_count;
     double axis_position[EVIDENCE_AXES]; /* inc */
     bool all_op;

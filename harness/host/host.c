@@ -235,6 +235,7 @@ static void note_bus(struct host *host)
 static void note_axes(struct host *host)
 {
     struct evidence *evidence = host->evidence;
+    evidence->servo_count = (unsigned)host->axis_count;
     evidence->axis_count =
         (unsigned)(host->axis_count < EVIDENCE_AXES ? host->axis_count : EVIDENCE_AXES);
     for (unsigned i = 0; i < evidence->axis_count; i++)

@@ -121,13 +121,14 @@ void osc_stop(struct osc *osc)
     osc->state = OSC_IDLE;
 }
 
+/* A channel may show the oscilloscope's own memory, even the place that it is stored to. */
 static void store(struct osc *osc)
 {
     for (uint32_t i = 0; i < osc->setup.channel_count; i++) {
         size_t step = osc->stride ? osc->stride : osc->width[i];
 
-        memcpy(osc->setup.memory + osc->offset[i] + (size_t)osc->next * step,
-               osc->setup.channels[i].at, osc->width[i]);
+        memmove(osc->setup.memory + osc->offset[i] + (size_t)osc->next * step,
+                osc->setup.channels[i].at, osc->width[i]);
     }
     osc->next = osc->next + 1 == osc->samples ? 0 : osc->next + 1;
 }
@@ -184,8 +185,11 @@ static void begin(struct osc *osc)
     osc->start =
         osc->next >= osc->kept ? osc->next - osc->kept : osc->samples - (osc->kept - osc->next);
     osc->recorded = osc->kept;
-    /* The cycle that triggers is sampled (O2). */
-    osc->since = osc->setup.every - 1;
+    /* The cycle that triggers is sampled (O2); samples that are kept already stay in step with what
+     * follows (O5). */
+    if (!osc->kept)
+        osc->since = osc->setup.every - 1;
+    osc->lag = osc->setup.every - 1 - osc->since;
 }
 
 static void record(struct osc *osc)

@@ -74,6 +74,7 @@ struct osc {
     uint32_t next;                 /* index of the next sample */
     uint32_t since;                /* cycles since the last sample */
     uint32_t kept;                 /* samples in the ring before the trigger */
+    uint32_t lag;                  /* cycles from the trigger to the first sample after it */
     struct {
         bool seen, fired;
         double last;

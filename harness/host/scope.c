@@ -112,6 +112,16 @@ static bool read_setup(const struct host *host, uint32_t control, struct osc_set
     return true;
 }
 
+#if EXTENDED
+/* The options as the recording has them: those of Control count when it starts (O5). */
+static uint32_t options(const struct osc_setup *setup)
+{
+    return (setup->endless ? OSC_STATUS_INFINITE_RECORDING_BIT : 0u) |
+           (setup->packed ? OSC_STATUS_STORE_PACKED_DATA_BIT : 0u) |
+           (setup->pretrigger << OSC_CONTROL_PRETRIGGER_SHIFT);
+}
+#endif
+
 static void publish(struct host *host, uint32_t control)
 {
     OSC *reg = &host->system->Osc;
@@ -123,8 +133,7 @@ static void publish(struct host *host, uint32_t control)
     if (osc->state != OSC_IDLE) {
         if ((control & OSC_CONTROL_PAUSE_RECORDING_BIT) != 0)
             status = OSC_STATUS_PAUSE_04;
-        status |= control & (OSC_STATUS_INFINITE_RECORDING_BIT | OSC_STATUS_STORE_PACKED_DATA_BIT |
-                             OSC_STATUS_PRETRIGGER_MASK);
+        status |= options(&osc->setup);
     }
     reg->Trigger_Start_Position = osc->start;
 #else
@@ -251,7 +260,7 @@ void scope_row(const struct host *host, size_t index, double *row)
 {
     const struct osc *osc = &host->osc;
     const size_t place = (osc->start + index) % osc->samples;
-    *row++ = ((double)index - osc->kept) * (osc->setup.every * host_cycle_seconds(host));
+    *row++ = (((double)index - osc->kept) * osc->setup.every + osc->lag) * host_cycle_seconds(host);
     for (uint32_t i = 0; i < osc->setup.channel_count; i++) {
         const size_t step = osc->stride != 0 ? osc->stride : osc->width[i];
         const struct osc_source stored = { osc->setup.memory + osc->offset[i] + place * step,
