@@ -39,8 +39,10 @@ IMAGE_SRC := image.c image_sort.c image_text.c elf.c elf_kinds.c elf_header.c el
     stack_state.c \
     stack_values.c \
     stack_walk.c
-MACHINE_SRC := load.c poison.c regions.c call.c fault.c attribute.c watchdog.c sandbox.c filter.c confine.c worker.c
-BUS_SRC := client.c client_cycle.c client_jobs.c client_map.c client_watch.c fiber.c segment.c slave.c registers.c sii.c syncman.c fmmu.c al.c dc.c \
+MACHINE_SRC := load.c poison.c regions.c call.c fault.c attribute.c watchdog.c sandbox.c filter.c confine.c worker.c \
+    interrupt.c \
+    reload.c
+BUS_SRC := client.c client_cycle.c client_jobs.c client_map.c client_watch.c client_rewind.c fiber.c segment.c slave.c registers.c sii.c syncman.c fmmu.c al.c dc.c \
     watchdog.c mailbox.c coe.c coe_info.c od.c pdo.c cia402.c axis.c devices.c dev_drive.c drive.c drive_cyclic.c \
     drive_homing.c drive_od.c drive_profile.c wire.c \
     faults.c \
@@ -73,7 +75,7 @@ BUS_SRC := client.c client_cycle.c client_jobs.c client_map.c client_watch.c fib
     esi_xml.c \
     busfile.c
 TERMINALS := $(wildcard harness/bus/terminals/*.device)
-HOST_SRC := product.c schedule.c extent.c servo_wire.c \
+HOST_SRC := realtime.c shm.c product.c schedule.c extent.c servo_wire.c \
     servo_select.c \
     config.c config_keys.c config_check.c \
     catalogue.c text16.c evidence.c plant.c host_select.c osc.c experiment.c \
@@ -83,9 +85,18 @@ HOST_SRC := product.c schedule.c extent.c servo_wire.c \
     channel.c \
     drive_error.c \
     can.c \
-    can_script.c
+    can_script.c \
+    angle.c \
+    interp_path.c \
+    interp_run.c \
+    interp_filter.c \
+    interp_file.c
 # What touches registers: once for each layout of the shared memories.
-LAYOUT_SRC := host.c host_rows.c memories.c services.c timers.c servo.c dio.c \
+LAYOUT_SRC := measure.c \
+    plc.c \
+    preempt.c \
+    rewind.c \
+    host.c host_rows.c memories.c services.c timers.c servo.c dio.c \
     motion.c \
     scope.c \
     command.c \
@@ -97,10 +108,13 @@ LAYOUT_SRC := host.c host_rows.c memories.c services.c timers.c servo.c dio.c \
     safety.c \
     statistics.c \
     eeprom.c \
-    can_memory.c
+    can_memory.c \
+    interpolator.c \
+    interpolator_command.c
 LAYOUTS := gen4 gen5_905 gen5_906
 REPORT_SRC := text.c json.c
 CLI_SRC := main.c options.c output.c check.c run.c inspect.c inspect_text.c inspect_json.c rules.c new.c registers.c \
+    clock.c \
     config.c \
     configuration.c \
     capture.c bus.c plot.c scope.c \

@@ -383,6 +383,24 @@ expect "a capture over the module itself" 2 "is the module itself"
 run "$tgm" run "$module" --pcap - --csv - --record 'SERVO[0].Position'
 expect "two things to standard output" 2 "cannot both"
 
+# --- EEPROM and CAN -------------------------------------------------------------------------------
+run "$tgm" run "$module" --for 20ms --eeprom "$work/Eeprom.bin"
+expect "an EEPROM that nobody saves" 0
+[ ! -e "$work/Eeprom.bin" ] && pass "leaves no file" || fail "leaves no file"
+: >"$work/Eeprom.bin"
+run "$tgm" run "$module" --eeprom "$work/Eeprom.bin"
+expect "an empty EEPROM file" 2 "must have 1 to 2752 bytes"
+run "$tgm" run "$module" --eeprom "$work"
+expect "a folder as EEPROM" 2 "cannot read EEPROM"
+run "$tgm" run "$work/self.tgm" --eeprom "$work/self.tgm"
+expect "the module itself as EEPROM" 2
+printf 'loopback\nat 1ms send 0x800\n' >"$work/bad.can"
+run "$tgm" run "$module" --can "$work/bad.can"
+expect "a CAN script that is refused" 2 "bad.can:2: an identifier up to 0x7FF expected, not '0x800'"
+printf 'every 1ms send 0x7FF\n' >"$work/good.can"
+run "$tgm" run "$module" --for 20ms --can "$work/good.can"
+expect "a CAN script that is played" 0
+
 run "$tgm" bus
 expect "bus without devices" 2 "which devices?" "drive-cia402"
 run "$tgm" bus dio-8x8

@@ -60,14 +60,17 @@ static inline void rig_close(struct rig *rig)
     free(rig);
 }
 
-/* The module tests/host_modules/<name>.c, built for the product's generation. `config` may leave
- * product, cycle, seed and plant open: pc4, 500 us, 1, plant_default. */
-static inline struct rig *rig_open(const char *module, const struct host_config *wanted)
+/* The module in a file. `wanted` may leave product, cycle, seed and plant open: pc4, 500 us, 1,
+ * plant_default. */
+static inline struct rig *rig_open_file(const char *path, const struct host_config *wanted)
 {
     struct rig *rig;
     struct host_config config = *wanted;
-    char path[512], why[HOST_WHY];
-    const struct machine_config machine = { .seed = 1, .poison = true, .hang_ns = 2000000000 };
+    char why[HOST_WHY];
+    const struct machine_config machine = { .seed = 1,
+                                            .poison = true,
+                                            .hang_ns = 2000000000,
+                                            .interruptible = wanted->preempt.mode != PREEMPT_NONE };
 
     if (rig_left)
         rig_close(rig_left);
@@ -82,9 +85,6 @@ static inline struct rig *rig_open(const char *module, const struct host_config 
     if (config.plant == NULL)
         config.plant = &plant_default;
     rig->catalogue = catalogue_find(config.product->generation, (int)config.product->memory_id);
-    snprintf(path, sizeof path, "%s/%s_%d%s.tgm", TEST_HOST_MODULES_DIR, module,
-             config.product->generation == 4 ? 4 : (int)config.product->memory_id,
-             config.product->text8 ? "_text8" : "");
     if (image_open(&rig->image, path, why) != 0)
         fail_msg("%s: %s", path, why);
     if (machine_load(&rig->machine, rig->image, &machine, why) != 0)
@@ -92,6 +92,18 @@ static inline struct rig *rig_open(const char *module, const struct host_config 
     if (host_open(&rig->host, &config, rig->machine, rig->image, &rig->evidence, why) != 0)
         fail_msg("%s", why);
     return rig;
+}
+
+/* The module tests/host_modules/<name>.c, built for the product's generation. */
+static inline struct rig *rig_open(const char *module, const struct host_config *wanted)
+{
+    const struct product *product = wanted->product != NULL ? wanted->product : product_find("pc4");
+    char path[512];
+
+    snprintf(path, sizeof path, "%s/%s_%d%s.tgm", TEST_HOST_MODULES_DIR, module,
+             product->generation == 4 ? 4 : (int)product->memory_id,
+             product->text8 ? "_text8" : "");
+    return rig_open_file(path, wanted);
 }
 
 static inline void rig_start(struct rig *rig)

@@ -114,7 +114,9 @@ static void channels_are_apart(void **state)
     assert_true(can_transmit(&can, 1, &frame, 0));
     assert_string_equal(received(MS), "2:009 ");
     assert_string_equal(received(MS), "2:006 ");
-    assert_string_equal(received(MS), "");
+    assert_true(can_transmit(&can, 0, &frame, MS));
+    assert_string_equal(received(2 * MS), "1:005 ");
+    assert_string_equal(received(2 * MS), "");
 }
 
 static void more_than_there_is_room_for_waits_or_is_lost(void **state)

@@ -338,7 +338,7 @@ static void analog_values_and_gauges_have_their_own_registers(void **state)
         ask(rig, "DIO[1].Sdo", 2, 0x3002, 1, 2);
         wait_sdo(rig, "DIO[1].Sdo", 200);
         assert_true(word(rig, "DIO[1].Sdo", "Status") == 0);
-        assert_true((int16_t)word(rig, "DIO[1].Sdo", "Data") == -321);
+        assert_true((int16_t)(int)word(rig, "DIO[1].Sdo", "Data") == -321);
         rig_close(rig);
     }
 }
@@ -346,13 +346,17 @@ static void analog_values_and_gauges_have_their_own_registers(void **state)
 static void a_fault_of_an_io_unit_stays_until_it_is_reset(void **state)
 {
     (void)state;
-    struct rig *rig = open_plant(2, "idle", &analog_plant, "at 600ms drop 2 to SAFEOP code 0x001B");
+    struct rig *rig =
+        open_plant(2, "idle", &analog_plant,
+                   "at 600ms drop 2 to SAFEOP code 0x001B\nat 800ms drop 2 to SAFEOP code 0x001D");
     go_to_op(rig);
     rig_set(rig, "DIO[0].Control", 1); /* nothing to reset: taken back */
     rig_cycles(rig, 2);
     assert_true(rig_get(rig, "DIO[0].Control") == 0);
     rig_until(rig, "DIO[0].Error", 0x1B, 2000);
     rig_until(rig, "DIO[0].Status", 1, 2000); /* brought back */
+    rig_until(rig, "DIO[0].Status", 0, 2000); /* and down again */
+    rig_until(rig, "DIO[0].Status", 1, 2000);
     assert_true(rig_get(rig, "DIO[0].Error") == 0x1B);
     rig_set(rig, "DIO[0].Control", 1);
     rig_cycles(rig, 1);

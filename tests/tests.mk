@@ -22,13 +22,15 @@ $(FIXTURE_DIR)/%.tgm: conformance/fixtures/%.c conformance/fixtures/base.h sdk/i
 UNIT_TESTS := test_osc test_text16 test_catalogue test_fixtures \
     test_profile \
     test_schedule \
-    test_config
+    test_config \
+    test_interp_path
 SDK_TESTS := test_sdk_mem test_sdk_text test_sdk_motion test_sdk_start test_sdk_start5 test_sdk_start8
 IMAGE_TESTS := test_image test_image_real test_image_bad test_image_damage test_image_memory \
     test_image_pe test_image_pe_bad test_image_arm test_image_flat \
     test_stack
 MACHINE_TESTS := test_machine test_machine_call test_machine_load test_machine_seal test_worker \
-    test_machine_stack
+    test_machine_stack \
+    test_machine_preempt
 BUS_TESTS := test_segment test_slave test_coe test_drive test_bus test_client \
     test_drive2 \
     test_tgz \
@@ -78,7 +80,7 @@ $(BUILD)/math/libtgm_math.a: sdk/mk/math.sh $(wildcard sdk/src/math/*) third_par
 	$(Q)sdk/mk/math.sh $(@D) gcc -fPIC
 
 MACHINE_MODULE_DIR := $(BUILD)/machine_modules
-MACHINE_MODULES := $(addprefix $(MACHINE_MODULE_DIR)/,faults.so abi.so hostile.so data.so stack.so)
+MACHINE_MODULES := $(addprefix $(MACHINE_MODULE_DIR)/,faults.so abi.so hostile.so data.so stack.so interrupt.so)
 
 $(MACHINE_MODULE_DIR)/%.so: tests/machine_modules/%.S | $(BUILD)/.deps
 	@mkdir -p $(@D)
@@ -101,8 +103,11 @@ $(BUILD)/test/test_machine_stack: | template-linked
 HOST_MODULE_DIR := $(BUILD)/host_modules
 HOST_MODULES := $(foreach layout,4 905 906 906_text8,$(patsubst tests/host_modules/%.c,$(HOST_MODULE_DIR)/%_$(layout).tgm,$(wildcard tests/host_modules/*.c)))
 HOST_TESTS := test_scope test_host \
+    test_plc \
+    test_preempt \
     test_motion \
-    test_gear
+    test_gear \
+    test_interpolator
 HOST_TESTS += test_services
 HOST_TESTS += test_can
 HOST_TESTS += test_eeprom
@@ -121,6 +126,10 @@ $(foreach layout,4 905 906 906_text8,$(eval $(call host_module_rule,$(layout))))
 
 $(addprefix $(BUILD)/obj/tests/,$(HOST_TESTS:=.o)): ALL_CFLAGS += -DTEST_HOST_MODULES_DIR='"$(HOST_MODULE_DIR)"'
 $(addprefix $(BUILD)/test/,$(HOST_TESTS)): | $(HOST_MODULES)
+$(BUILD)/obj/tests/test_plc.o: ALL_CFLAGS += -DTEST_TEMPLATE='"$(BUILD)/template/shuttle.tgm"'
+$(BUILD)/test/test_plc: | template-linked
+# Counts what the allocator is asked for.
+$(BUILD)/test/test_interpolator: LDFLAGS += $(addprefix -Wl$(comma)--wrap=,malloc calloc realloc)
 
 include tests/modules/image.mk
 $(addprefix $(BUILD)/obj/tests/,$(IMAGE_TESTS:=.o) image_support.o image_support_pe.o): ALL_CFLAGS += -DTEST_MODULES_DIR='"$(BUILD)/modules"'

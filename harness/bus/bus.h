@@ -232,6 +232,17 @@ int bus_fault(struct bus *bus, const char *text, uint64_t now_ns, char why[BUS_W
  * of an older one is empty. */
 bool bus_fault_log(const struct bus *bus, uint64_t number, struct bus_fault_event *event);
 
+/*
+ * A copy of everything that moves: master, slaves, devices, faults. bus_rewind() makes the bus what
+ * it was when the copy was made, time included: what follows is the same to the last bit. Between
+ * jobs only (-EBUSY); jobs that are waiting at a rewind are forgotten. The capture is no part of it.
+ * Without allocation, bus_keep() excepted.
+ */
+struct bus_copy;
+int bus_keep(struct bus *bus, struct bus_copy **out);
+void bus_rewind(struct bus *bus, const struct bus_copy *copy);
+void bus_copy_free(struct bus_copy *copy);
+
 /* The device table: name and one-line description by index, NULL past the end. */
 const char *bus_device_type(size_t index, const char **description);
 

@@ -18,6 +18,7 @@
 #endif
 
 #ifdef FIBER_SANITIZED
+#include <sanitizer/asan_interface.h>
 #include <sanitizer/common_interface_defs.h>
 #endif
 
@@ -84,12 +85,28 @@ static void start(void *argument)
     abort();
 }
 
-int fiber_open(struct fiber **out, void (*entry)(void *argument), void *argument)
+/* What the first switch to the fiber finds. */
+static void prepare(struct fiber *fiber)
 {
-    struct fiber *fiber = calloc(1, sizeof *fiber);
     struct frame *frame;
     uint32_t mxcsr;
     uint16_t control;
+
+    __asm__("stmxcsr %0" : "=m"(mxcsr));
+    __asm__("fnstcw %0" : "=m"(control));
+    /* fiber_begin() calls: the stack must be aligned to 16 when it has popped the whole frame. */
+    frame = (struct frame *)((char *)fiber->stack + GUARD + FIBER_STACK - 16 - sizeof *frame);
+    *frame = (struct frame){ .mxcsr = mxcsr,
+                             .control = control,
+                             .r12 = (uint64_t)start,
+                             .r13 = (uint64_t)fiber,
+                             .return_address = (uint64_t)fiber_begin };
+    fiber->own = frame;
+}
+
+int fiber_open(struct fiber **out, void (*entry)(void *argument), void *argument)
+{
+    struct fiber *fiber = calloc(1, sizeof *fiber);
 
     *out = NULL;
     if (!fiber)
@@ -102,20 +119,20 @@ int fiber_open(struct fiber **out, void (*entry)(void *argument), void *argument
         free(fiber);
         return -ENOMEM;
     }
-    __asm__("stmxcsr %0" : "=m"(mxcsr));
-    __asm__("fnstcw %0" : "=m"(control));
-    /* fiber_begin() calls: the stack must be aligned to 16 when it has popped the whole frame. */
-    frame = (struct frame *)((char *)fiber->stack + GUARD + FIBER_STACK - 16 - sizeof *frame);
-    *frame = (struct frame){ .mxcsr = mxcsr,
-                             .control = control,
-                             .r12 = (uint64_t)start,
-                             .r13 = (uint64_t)fiber,
-                             .return_address = (uint64_t)fiber_begin };
-    fiber->own = frame;
     fiber->entry = entry;
     fiber->argument = argument;
+    prepare(fiber);
     *out = fiber;
     return 0;
+}
+
+void fiber_restart(struct fiber *fiber)
+{
+#ifdef FIBER_SANITIZED
+    __asan_unpoison_memory_region((char *)fiber->stack + GUARD, FIBER_STACK);
+    fiber->fake_own = NULL;
+#endif
+    prepare(fiber);
 }
 
 void fiber_close(struct fiber *fiber)

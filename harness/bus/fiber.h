@@ -21,6 +21,9 @@ int fiber_open(struct fiber **out, void (*entry)(void *argument), void *argument
 /* Gives the stack back, wherever the fiber stands. NULL is allowed. */
 void fiber_close(struct fiber *fiber);
 
+/* As after fiber_open(): what stood on its stack is forgotten. Not from inside it. */
+void fiber_restart(struct fiber *fiber);
+
 /* Lets the fiber run until it yields. Not from inside it. */
 void fiber_resume(struct fiber *fiber);
 /* From inside: back to whoever resumed it. */

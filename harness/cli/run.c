@@ -10,8 +10,9 @@
 #include "cli/capture.h"
 #include "bus/busfile.h"
 #include "cli/cli.h"
-#include "cli/configuration.h"
 #include "cli/eeprom.h"
+#include "cli/configuration.h"
+#include "cli/clock.h"
 #include "cli/plot.h"
 #include "cli/scope.h"
 #include "conformance/profile.h"
@@ -240,6 +241,8 @@ static int conclude(struct run *run, const struct experiment_result *result, con
         fputc('\n', run->screen);
     for (unsigned i = 0; i < evidence->incident_count; i++)
         status = tell_incident(run, &evidence->incidents[i], name);
+    interrupts_tell(run->screen, evidence, run->image);
+    clock_tell(run->screen, &evidence->clock);
     if (evidence->trouble[0] != '\0')
         return complain(run->command, "%s", evidence->trouble);
     if (result->worker.end == WORKER_TIMEOUT || result->worker.end == WORKER_KILLED ||
@@ -276,8 +279,15 @@ static int play(struct run *run, const char *path)
         memset(&result, 0, sizeof result);
         experiment_run_here(&run->experiment, run->image, &result.evidence);
     } else {
+        struct shm shm = { .count = 0 };
+        char why[SHM_WHY];
+        if (run->experiment.host.shm != NULL && shm_make(&shm, &run->experiment.host, why) != 0)
+            return complain(run->command, "%s", why);
+        stop_catch(&run->experiment, &shm);
         r = experiment_run(&run->experiment, run->image, recording ? &run->recording : NULL,
                            progress, run, &result);
+        shm_remove(&shm);
+        stop_restore();
         if (r != 0)
             return complain(run->command, "no worker process: %s", strerror(-r));
     }
@@ -425,6 +435,8 @@ int command_run(const struct command *command, int argc, char **argv)
     uint64_t osc_every = 1, osc_before = 0;
     const char *can = NULL;
     char *script = NULL, *can_script = NULL;
+    const char *preempt = NULL, *clock = "virtual", *prefix = NULL;
+    bool shm = false;
     uint64_t duration = UINT64_C(2000000000), cycle_us = 0, seed = DEFAULT_SEED;
     const struct option table[] = {
         { "--for", OPTION_DURATION, "TIME", "simulated time, as in 2s or 500ms (default 2s)",
@@ -458,6 +470,18 @@ int command_run(const struct command *command, int argc, char **argv)
         { "--eeprom", OPTION_TEXT, "FILE", "what is stored in the EEPROM; written anew when saved",
           &run.eeprom.path, 0, 0 },
         { "--can", OPTION_TEXT, "FILE", "what stands on the CAN bus (docs/can.md)", &can, 0, 0 },
+        { "--preempt", OPTION_TEXT, "HOW",
+          "interrupt Program_01 to 03 by what is above them: seeded, or at=N for instruction N",
+          &preempt, 0, 0 },
+        { "--reload-at", OPTION_DURATION, "TIME", "run the PLC again (Run sequence) at that time",
+          &run.experiment.reload_ns, 0, 0 },
+        { "--clock", OPTION_TEXT, "WHICH", "virtual (default), or real: the wall clock", &clock, 0,
+          0 },
+        { "--shm", OPTION_FLAG, NULL,
+          "memories as POSIX shared memory: /TGM_System, /TGM_Servo ... (docs/running.md)", &shm, 0,
+          0 },
+        { "--shm-prefix", OPTION_TEXT, "TEXT", "the same with TEXT in front of the names", &prefix,
+          0, 0 },
         { "--in-process", OPTION_FLAG, NULL,
           "no worker and no sandbox, for a debugger (make debug)", &run.in_process, 0, 0 },
         { "--config", OPTION_TEXT, "FILE",
@@ -508,6 +532,16 @@ int command_run(const struct command *command, int argc, char **argv)
         return complain(command, "--csv and --pcap cannot both go to standard output");
     if (run.in_process && record != NULL)
         return complain(command, "--in-process does not record");
+    if (clock_read(command, clock, &run.experiment) != 0 ||
+        (preempt != NULL && preempt_read(command, preempt, &run.experiment) != 0) ||
+        (prefix != NULL && shm_prefix_check(command, prefix) != 0))
+        return EXIT_CALL;
+    if (run.in_process && (run.experiment.real_clock || shm || prefix != NULL))
+        return complain(command, "--in-process has no --clock real and no --shm");
+    if (run.experiment.real_clock && preempt != NULL)
+        return complain(command, "--preempt is for the virtual clock: the real one interrupts");
+    run.experiment.host.shm = prefix != NULL ? prefix : shm ? "" : NULL;
+    run.experiment.host.resettable = true;
     run.experiment.host.product = product;
     if (record != NULL && (status = read_registers(&run, record)) != 0)
         return status;
@@ -540,7 +574,7 @@ int command_run(const struct command *command, int argc, char **argv)
     run.experiment.cycles = (duration + cycle_us * 1000 - 1) / (cycle_us * 1000);
     status = start(&run, profile, module, record);
     free(script);
-    configuration_close(&configuration);
     free(can_script);
+    configuration_close(&configuration);
     return status;
 }

@@ -63,6 +63,10 @@ void evidence_clean(struct evidence *evidence)
     }
     for (unsigned i = 0; i < EVIDENCE_FAULTS; i++)
         end_text(evidence->faults[i].text, sizeof evidence->faults[i].text);
+    for (unsigned i = 0; i < EVIDENCE_INTERRUPTS; i++)
+        clean_entry(&evidence->interrupts[i].entry);
+    clean_bool(&evidence->clock.used);
+    end_text(evidence->clock.notice, sizeof evidence->clock.notice);
     end_text(evidence->trouble, sizeof evidence->trouble);
 }
 

@@ -15,14 +15,16 @@
 
 #include "bus/bus.h"
 #include "host/product.h"
+#include "host/realtime.h"
 #include "machine/machine.h"
 
-#define EVIDENCE_INCIDENTS 16
-#define EVIDENCE_MESSAGES  32
-#define EVIDENCE_TEXT      240
-#define EVIDENCE_AXES      4
-#define EVIDENCE_FAULTS    128
-#define EVIDENCE_EEPROM    2752
+#define EVIDENCE_INCIDENTS  16
+#define EVIDENCE_MESSAGES   32
+#define EVIDENCE_TEXT       240
+#define EVIDENCE_AXES       4
+#define EVIDENCE_FAULTS     128
+#define EVIDENCE_EEPROM     2752
+#define EVIDENCE_INTERRUPTS 64
 
 /* Where in the run something was. Cycle counts from 0; before the first cycle it is
  * EVIDENCE_NO_CYCLE. */
@@ -47,9 +49,18 @@ struct evidence_message {
     enum entry entry;
     uint64_t cycle;
     int32_t severity;
-    bool of_host;    /* of TG Motion itself; entry is then of no meaning */
-    uint32_t source; /* enum console_source, or what the module gave as id */
+    bool of_host;             /* of TG Motion itself; entry is then of no meaning */
+    uint32_t source;          /* enum console_source, or what the module gave as id */
     char text[EVIDENCE_TEXT]; /* UTF-8, without trailing line ends */
+};
+
+/* A call that was interrupted. */
+struct evidence_interrupt {
+    enum entry entry; /* whose call */
+    unsigned by;      /* functions that were called meanwhile: bit n is enum entry n */
+    uint64_t cycle;
+    uint64_t pc;           /* module address of the instruction before which it was */
+    uint64_t instructions; /* of the call before it; 0 on the real clock */
 };
 
 /* Something that went wrong on the bus because the experiment wanted it. */
@@ -97,12 +108,19 @@ struct evidence {
     struct evidence_fault faults[EVIDENCE_FAULTS];
 
     struct evidence_eeprom eeprom;
+    uint64_t interrupt_count; /* all; the first EVIDENCE_INTERRUPTS are stored */
+    struct evidence_interrupt interrupts[EVIDENCE_INTERRUPTS];
+
+    unsigned loads; /* of the module, besides the first */
+    struct evidence_clock clock;
 
     uint64_t op_cycle;   /* first cycle with every slave in OP, EVIDENCE_NO_CYCLE when never */
     uint64_t wkc_errors; /* exchanges with a working counter below the expected one, once in OP */
     uint64_t sleeps_in_04_05; /* SleepFt where it is forbidden */
     size_t stack_used;        /* bytes */
     unsigned slaves;
+
+    volatile bool stop; /* the parent wants the run to end */
 
     char trouble[MACHINE_WHY]; /* the harness itself could not go on: why; "" when all is well */
 };

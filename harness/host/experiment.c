@@ -2,6 +2,8 @@
 #include "host/experiment.h"
 
 #include "bus/pcap.h"
+#include "host/realtime.h"
+#include "host/schedule.h"
 
 #include <errno.h>
 #include <stdio.h>
@@ -11,6 +13,8 @@
 
 /* Rows and frames travel in blocks, so that a cycle costs no system call. */
 #define BLOCK_BYTES 32768
+
+#define EMPTY_LOOP_NS UINT64_C(1000000000)
 
 _Static_assert(PCAP_BUFFER <= BLOCK_BYTES, "what a capture hands over fits a block");
 
@@ -98,11 +102,33 @@ static void block_oscilloscope(struct block *block, struct host *host)
     }
 }
 
-static void run_cycles(const struct experiment *experiment, struct host *host)
+/* The empty loop that a run on the real clock is shown beside. */
+static void measure_empty_loop(const struct experiment *experiment, struct realtime *real)
 {
-    bool going = host_start(host);
-    for (uint64_t i = 0; i < experiment->cycles && going; i++)
+    const struct host_config *config = &experiment->host;
+    const struct schedule *schedule = schedule_find(config->product->schedule, config->cycle_us);
+    const uint64_t quarter = experiment->cycles * config->cycle_us * UINT64_C(250);
+    realtime_empty_loop(real,
+                        schedule->slot_count > 1 ? schedule->slots[1].at_us : schedule->cycle_us,
+                        quarter < EMPTY_LOOP_NS ? quarter : EMPTY_LOOP_NS);
+}
+
+static void run_cycles(const struct experiment *experiment, struct host *host,
+                       const struct evidence *evidence)
+{
+    const uint64_t cycle_ns = experiment->host.cycle_us * UINT64_C(1000);
+    const uint64_t reload = experiment->reload_ns / cycle_ns;
+    bool going = host_start(host), loaded = experiment->reload_ns == 0;
+    for (uint64_t done = 0; done < experiment->cycles && going && !evidence->stop;) {
+        const uint64_t before = host_cycles(host);
+        if (!loaded && done >= reload) {
+            host_run(host);
+            loaded = true;
+        }
         going = host_cycle(host);
+        /* A reset of TG Motion begins to count anew; interrupts may take several cycles. */
+        done += host_cycles(host) > before ? host_cycles(host) - before : 1;
+    }
 }
 
 static int play(struct job *job, struct evidence *evidence, int pipe_fd, struct machine *machine,
@@ -119,7 +145,9 @@ static int play(struct job *job, struct evidence *evidence, int pipe_fd, struct 
     if (recording != NULL && recording->osc != NULL &&
         host_osc_arm(host, recording->osc, evidence->trouble) != 0)
         return -EINVAL;
-    run_cycles(job->experiment, host);
+    if (job->host.real != NULL)
+        measure_empty_loop(job->experiment, job->host.real);
+    run_cycles(job->experiment, host, evidence);
     if (recording != NULL && recording->osc != NULL)
         block_oscilloscope(&job->block, host);
     block_flush(&job->block);
@@ -128,17 +156,28 @@ static int play(struct job *job, struct evidence *evidence, int pipe_fd, struct 
     return 0;
 }
 
-static int prepare(const struct host_config *around, const struct image *image, uint64_t hang_ns,
-                   struct evidence *evidence, struct machine **machine, struct host **host)
+static int prepare(const struct experiment *experiment, struct host_config *around,
+                   const struct image *image, uint64_t hang_ns, struct evidence *evidence,
+                   struct machine **machine, struct host **host)
 {
-    const struct machine_config config = { .seed = around->seed,
-                                           .poison = true,
-                                           .hang_ns = hang_ns };
+    const struct machine_config config = {
+        .seed = around->seed,
+        .poison = true,
+        .hang_ns = hang_ns,
+        .interruptible = experiment->real_clock || around->preempt.mode != PREEMPT_NONE,
+    };
     int r = machine_load(machine, image, &config, evidence->trouble);
     if (r != 0)
         return r;
     evidence->stage = EVIDENCE_LOADED;
-    return host_open(host, around, *machine, image, evidence, evidence->trouble);
+    if (experiment->real_clock)
+        r = realtime_open(&around->real, *machine, around->cycle_us, &evidence->clock,
+                          evidence->trouble);
+    if (r == 0)
+        r = host_open(host, around, *machine, image, evidence, evidence->trouble);
+    if (r == 0 && experiment->real_clock)
+        realtime_prepare(around->real);
+    return r;
 }
 
 /* In the worker process. */
@@ -154,7 +193,7 @@ static int body(void *argument, void *shared, int pipe_fd)
         job->host.capture = &job->capture;
         pcap_open(&job->capture, PCAP_RECORDS, send_frames, job, 0);
     }
-    int r = prepare(&job->host, job->image, 0, evidence, &machine, &host);
+    int r = prepare(job->experiment, &job->host, job->image, 0, evidence, &machine, &host);
     if (r == 0)
         r = play(job, evidence, pipe_fd, machine, host);
     if (job->host.capture != NULL)
@@ -174,13 +213,15 @@ int experiment_run_here(const struct experiment *experiment, const struct image 
     const uint64_t never = UINT64_C(86400) * 1000000000;
     struct machine *machine = NULL;
     struct host *host = NULL;
-    int r = prepare(&experiment->host, image, never, evidence, &machine, &host);
+    struct host_config around = experiment->host;
+    int r = prepare(experiment, &around, image, never, evidence, &machine, &host);
     if (r == 0) {
         tgm_debug_module_loaded(image->path, (uint64_t)(uintptr_t)machine_address(machine, 0));
-        run_cycles(experiment, host);
+        run_cycles(experiment, host, evidence);
         evidence->stage = EVIDENCE_FINISHED;
     }
     host_close(host);
+    realtime_close(around.real);
     if (machine != NULL)
         machine_unload(machine);
     return r;
@@ -192,6 +233,8 @@ struct relay {
     experiment_progress *progress;
     void *argument;
     struct pcap *capture;
+    const volatile sig_atomic_t *stop;
+    struct evidence *shared;
     size_t row_doubles;
     bool damaged;
     size_t head_used, used;
@@ -253,6 +296,8 @@ static void relay_data(struct relay *r, const struct evidence *snapshot, const c
 static void relay(void *argument, const void *shared, const void *data, size_t size)
 {
     struct relay *r = argument;
+    if (r->stop != NULL && *r->stop)
+        r->shared->stop = true;
     struct evidence snapshot;
     memcpy(&snapshot, shared, sizeof snapshot);
     evidence_clean(&snapshot);
@@ -284,12 +329,17 @@ int experiment_run(const struct experiment *experiment, const struct image *imag
     forward->progress = progress;
     forward->argument = argument;
     forward->capture = experiment->host.capture;
+    forward->stop = experiment->stop;
+    forward->shared = shared;
     forward->row_doubles = recording != NULL ? 1 + recording->count : 0;
     const bool bulk = recording != NULL || forward->capture != NULL;
     const struct worker_limits limits = {
         .wall_ns = experiment->wall_ns != 0
                        ? experiment->wall_ns
-                       : UINT64_C(10000000000) + experiment->cycles * UINT64_C(2000000),
+                       : UINT64_C(10000000000) +
+                             experiment->cycles * (experiment->host.cycle_us > 1000
+                                                       ? experiment->host.cycle_us * UINT64_C(2000)
+                                                       : UINT64_C(2000000)),
     };
     r = worker_run(body, job, shared, &limits, progress != NULL || bulk ? relay : NULL, forward,
                    bulk, &result->worker);

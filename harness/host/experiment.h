@@ -13,6 +13,8 @@
 #ifndef HARNESS_HOST_EXPERIMENT_H
 #define HARNESS_HOST_EXPERIMENT_H
 
+#include <signal.h>
+
 #include "host/host.h"
 #include "machine/worker.h"
 
@@ -20,7 +22,12 @@ struct experiment {
     const char *name;        /* "cycle-500": stable, for reports and reproduction */
     struct host_config host; /* product, Cycle_Time, mutation, seed ... */
     uint64_t cycles;         /* 0: only Program_Ini is called */
-    uint64_t wall_ns;        /* limit on the worker; 0 = 10 s + 2 ms a cycle */
+    uint64_t wall_ns;        /* limit on the worker; 0 = 10 s, and 2 ms or two Cycle_Times a cycle */
+    uint64_t reload_ns;      /* simulated time at which the PLC is run again (host_run); 0: never */
+    bool real_clock;         /* slots come when they are due by the wall clock (realtime.h) */
+    /* Ends the run with the cycle when it becomes true; NULL: nothing does. Needs a progress
+     * function. */
+    const volatile sig_atomic_t *stop;
 };
 
 /* What became of an experiment. */

@@ -106,8 +106,10 @@ static void periods_open(struct host *host)
 
 static void close_host(struct host *host)
 {
+    rewind_free(host);
     if (host->bus != NULL)
         bus_close(host->bus);
+    interpolators_close(host);
     free(host);
 }
 
@@ -125,6 +127,7 @@ static int open_host(struct host **out, const struct host_config *config, struct
     host->machine = machine;
     host->image = image;
     host->evidence = evidence;
+    host->real = config->real;
     host->schedule = schedule_find(config->product->schedule, config->cycle_us);
     evidence->op_cycle = EVIDENCE_NO_CYCLE;
     periods_open(host);
@@ -141,6 +144,8 @@ static int open_host(struct host **out, const struct host_config *config, struct
         r = bus_start(host, why);
     if (r == 0)
         r = parts_open(host, why);
+    if (r == 0)
+        plc_open(host);
     if (r == 0)
         r = bus_ready(host, why);
     if (r == 0)
@@ -171,8 +176,9 @@ static void record_incident(struct host *host, enum entry entry,
     incident->fault.service = NULL;
 }
 
-/* One call of one function; a function that once failed to return is not called again. */
-static bool call(struct host *host, enum entry entry)
+/* One call of one function; a function that once failed to return is not called again until the
+ * module is loaded again. */
+bool host_call(struct host *host, enum entry entry)
 {
     struct evidence *evidence = host->evidence;
     struct machine_outcome outcome;
@@ -180,8 +186,13 @@ static bool call(struct host *host, enum entry entry)
         return false;
     evidence->entry = entry;
     evidence->stage = EVIDENCE_CALLING;
+    host->preempt.called |= 1u << entry;
+    preempt_plan(host, entry);
     machine_call(host->machine, host->entry_address[entry], host->plc_data_module[entry], &outcome);
+    preempt_done(host, entry);
+    evidence->entry = entry;
     evidence->stage = EVIDENCE_BETWEEN;
+    host->measured.program_ns[entry] = outcome.elapsed_ns;
     if (outcome.kind != MACHINE_RETURNED) {
         record_incident(host, entry, &outcome);
         return false;
@@ -194,9 +205,13 @@ static bool call(struct host *host, enum entry entry)
 
 static bool start(struct host *host)
 {
+    if (host->config.resettable && host->copy == NULL)
+        rewind_keep(host);
     host->evidence->cycle = EVIDENCE_NO_CYCLE;
-    if (!call(host, ENTRY_INI) || host->evidence->calls[ENTRY_INI].last_value != 1)
+    if (!host->config.no_autostart && !plc_begin(host))
         return false;
+    if (host->real != NULL)
+        realtime_start(host->real, host_time_of(host));
     host->evidence->cycle = 0;
     if (host->bus != NULL) {
         bus_supervise(host->bus, true);
@@ -213,6 +228,7 @@ static void note_bus(struct host *host)
     for (size_t i = 0; i < bus_slave_count(host->bus); i++)
         all_op = all_op && bus_slave(host->bus, i)->al_state == ETHERCAT_STATE_OP;
     evidence->all_op = all_op;
+    host->in_op = host->in_op || all_op;
     if (all_op && evidence->op_cycle == EVIDENCE_NO_CYCLE)
         evidence->op_cycle = host->cycle;
 }
@@ -230,7 +246,7 @@ static void note_faults(struct host *host)
 {
     struct evidence *evidence = host->evidence;
     struct bus_fault_event event;
-    while (bus_fault_log(host->bus, evidence->fault_count, &event)) {
+    for (; bus_fault_log(host->bus, host->fault_noted, &event); host->fault_noted++) {
         if (evidence->fault_count < EVIDENCE_FAULTS) {
             struct evidence_fault *fault = &evidence->faults[evidence->fault_count];
             fault->time_ns = (int64_t)(event.time_ns - host->bus_zero);
@@ -243,12 +259,12 @@ static void note_faults(struct host *host)
 static void receive(struct host *host)
 {
     EACH_PART(host, cycle);
-    if (host->bus != NULL && host->cycle > 0) {
+    if (host->bus != NULL && host->cycle > host->loop_begin) {
         const int wkc = bus_receive(host->bus, host->bus_zero + host->now_ns);
         host->frame_back = wkc > 0;
         host->silent_cycles = host->frame_back ? 0 : host->silent_cycles + 1;
         host->exchanged = host->exchanged || host->frame_back;
-        if (wkc < bus_expected_wkc(host->bus) && host->evidence->op_cycle != EVIDENCE_NO_CYCLE)
+        if (wkc < bus_expected_wkc(host->bus) && host->in_op)
             host->evidence->wkc_errors++;
         if (host->cycle % POLL_CYCLES == 0)
             bus_poll_states(host->bus);
@@ -265,41 +281,40 @@ static void send(struct host *host)
         bus_send(host->bus, host->bus_zero + host->now_ns);
 }
 
-static uint64_t time_of(const struct host *host)
-{
-    return host->cycle * host->config.cycle_us * UINT64_C(1000);
-}
-
-/* Program_03, 02, 01, each when it is due. */
+/* Program_03, 02, 01, each when it is due, and only if it is above the one that is interrupted. */
 static void call_due(struct host *host)
 {
     const struct host_config *config = &host->config;
-    for (int i = 2; i >= 0; i--) {
-        if (host->now_ns < host->due_ns[i])
+    const uint64_t base = host->plc.run_cycle * config->cycle_us * UINT64_C(1000);
+    for (int i = 2; i >= 0 && ENTRY_01 + i > (int)host->preempt.interrupted; i--) {
+        if (host->now_ns < host->due_ns[i] || !plc_calls(host))
             continue;
-        call(host, (enum entry)(ENTRY_01 + i));
-        host->due_ns[i] = schedule_due(config->product, config->program_period_us[i], host->now_ns);
+        host_call(host, (enum entry)(ENTRY_01 + i));
+        host->due_ns[i] =
+            base + schedule_due(config->product, config->program_period_us[i], host->now_ns - base);
     }
 }
 
-/* In what is left of the slot; where the product has ticks, at those until the next slot. */
-static void background(struct host *host, uint64_t until_ns)
+/* In what is left of the slot; where the product has ticks, at those until the next slot. What is
+ * interrupted on the real clock does not wait for ticks. */
+static void background(struct host *host)
 {
     const uint64_t tick = host->config.product->tick_us * UINT64_C(1000);
-    if (tick == 0) {
+    if (tick == 0 || (host->real != NULL && host->preempt.interrupted != ENTRY_INI)) {
         call_due(host);
         return;
     }
-    for (uint64_t at = (host->now_ns + tick - 1) / tick * tick; at < until_ns; at += tick) {
+    for (uint64_t at = (host->now_ns + tick - 1) / tick * tick; at < host_next_slot_ns(host);
+         at = (host->now_ns / tick + 1) * tick) {
+        if (host->real != NULL)
+            realtime_pause(host->real, at);
         host->now_ns = at;
         call_due(host);
     }
 }
 
-static void slot_run(struct host *host, const struct slot *slot, uint32_t until_us)
+static void exchange(struct host *host, const struct slot *slot)
 {
-    const uint64_t begin = time_of(host);
-    host->now_ns = begin + slot->at_us * UINT64_C(1000);
     if (slot->actions & SLOT_RECEIVE)
         receive(host);
     if (slot->actions & SLOT_SEND)
@@ -307,31 +322,94 @@ static void slot_run(struct host *host, const struct slot *slot, uint32_t until_
     if (slot->actions & SLOT_PROFILE)
         EACH_PART(host, profile);
     EACH_PART(host, slot);
-    if (slot->actions & SLOT_PROGRAM_05)
-        call(host, ENTRY_05);
-    if (slot->actions & SLOT_PROGRAM_04)
-        call(host, ENTRY_04);
+}
+
+static void slot_run(struct host *host, const struct slot *slot)
+{
+    if (host->real != NULL)
+        host->measured.latency_ns = realtime_wait(host->real, host->now_ns);
+    if (!host->loop)
+        return;
+    if (host->real != NULL)
+        measure_begin(&host->measured, slot->actions & SLOT_RECEIVE);
+    exchange(host, slot);
+    if (host->real != NULL)
+        measure_end(&host->measured);
+    if ((slot->actions & SLOT_PROGRAM_05) && plc_calls(host))
+        host_call(host, ENTRY_05);
+    if ((slot->actions & SLOT_PROGRAM_04) && plc_calls(host))
+        host_call(host, ENTRY_04);
     if (slot->actions & SLOT_OSCILLOSCOPE) {
         EACH_PART(host, sample);
         if (host->sample != NULL)
             host->sample(host->sample_argument, host);
     }
-    background(host, begin + until_us * UINT64_C(1000));
+}
+
+uint64_t host_time_of(const struct host *host)
+{
+    return host->cycle * host->config.cycle_us * UINT64_C(1000);
+}
+
+uint64_t host_next_slot_ns(const struct host *host)
+{
+    return host_time_of(host) + host->schedule->slots[host->slot].at_us * UINT64_C(1000);
+}
+
+void host_clear_parts(struct host *host)
+{
+    EACH_PART(host, clear);
+}
+
+static void cycle_begin(struct host *host)
+{
+    host->evidence->cycle = host->cycle;
+    if (host->real != NULL)
+        realtime_cycle(host->real, host_time_of(host));
+    if (host->preempt.interrupted == ENTRY_INI)
+        host->loop = plc_cycle(host);
+    host->in_op = host->in_op && host->loop;
+}
+
+static void cycle_end(struct host *host)
+{
+    struct evidence *evidence = host->evidence;
+    if (host->bus != NULL)
+        note_faults(host);
+    host->slot = 0;
+    host->cycle++;
+    evidence->cycles_done = host->cycle;
+    evidence->time_ns = host_time_of(host);
+    if (host->real != NULL)
+        realtime_cycle_end(host->real, evidence->time_ns);
+}
+
+/* What is in the background may be interrupted by further slots: everything of this one is over
+ * then. */
+void host_slot(struct host *host)
+{
+    if (host->slot == 0)
+        cycle_begin(host);
+    host->now_ns = host_next_slot_ns(host);
+    slot_run(host, &host->schedule->slots[host->slot++]);
+    if (host->slot == host->schedule->slot_count)
+        cycle_end(host);
+    if (host->loop)
+        background(host);
 }
 
 static bool cycle(struct host *host)
 {
     struct evidence *evidence = host->evidence;
-    const struct schedule *schedule = host->schedule;
-    evidence->cycle = host->cycle;
-    for (size_t i = 0; i < schedule->slot_count; i++)
-        slot_run(host, &schedule->slots[i],
-                 i + 1 < schedule->slot_count ? schedule->slots[i + 1].at_us : schedule->cycle_us);
-    if (host->bus != NULL)
-        note_faults(host);
-    host->cycle++;
-    evidence->cycles_done = host->cycle;
-    evidence->time_ns = time_of(host);
+    if (host->plc.anew) {
+        host->plc.anew = false;
+        if (rewind_back(host) && !start(host))
+            return false;
+    }
+    for (const uint64_t number = host->cycle; host->cycle == number;)
+        host_slot(host);
+    if (host->plc.leave)
+        return false;
     for (int entry = ENTRY_01; entry < ENTRY_COUNT; entry++)
         if (!evidence->calls[entry].disabled)
             return true;
@@ -347,6 +425,11 @@ static void on_sample(struct host *host, host_sample *sample, void *argument)
 static uint64_t cycles(const struct host *host)
 {
     return host->cycle;
+}
+
+static uint64_t run_time(const struct host *host)
+{
+    return (host->cycle - host->plc.run_cycle) * host->config.cycle_us * UINT64_C(1000);
 }
 
 static const void *register_at(const struct host *host, const struct catalogue_register *reg)
@@ -366,11 +449,20 @@ const struct host_ops HOST_OPS = {
     .close = close_host,
     .start = start,
     .cycle = cycle,
+    .run = plc_run,
+    .stop = plc_stop,
+    .pause = plc_pause,
+    .reset = plc_reset,
+    .plc = plc_state,
+    .run_time = run_time,
     .on_sample = on_sample,
     .osc_arm = scope_arm,
     .osc_samples = scope_samples,
     .osc_row = scope_row,
     .cycles = cycles,
-    .time = time_of,
+    .time = host_time_of,
     .register_at = register_at,
+    .interpolator_load = interpolator_load,
+    .interpolator_start = interpolator_start,
+    .interpolator_stop = interpolator_stop,
 };

@@ -13,8 +13,8 @@
  *
  * Which slave becomes which register group: the list of servos, where there is one, otherwise bus
  * order; every CiA 402 axis is the next SERVO, every slave without axes that has process data is
- * the next DIO. In generation 5 what is no plain terminal, or past the announced number of those, is
- * the next GENERAL_DEVICE (docs/decisions.md, C8).
+ * the next DIO. In generation 5 what is no plain terminal, or past the announced number of those,
+ * is the next GENERAL_DEVICE (docs/decisions.md, C8).
  */
 #ifndef HARNESS_HOST_HOST_H
 #define HARNESS_HOST_HOST_H
@@ -26,10 +26,13 @@
 #include "bus/bus.h"
 #include "host/catalogue.h"
 #include "host/evidence.h"
+#include "host/interp_path.h"
 #include "host/product.h"
 #include "machine/machine.h"
 
 #define HOST_WHY 512
+
+struct realtime; /* realtime.h */
 
 /* What stands around the module. */
 struct plant {
@@ -90,6 +93,21 @@ extern const struct servo_modes servo_modes_default;
 
 /* The distributed clock: on without SYNC0 unless configured; off; on, and drives follow SYNC0. */
 enum clock_choice { CLOCK_DEFAULT, CLOCK_OFF, CLOCK_ON };
+/*
+ * How Program_01 to Program_03 are interrupted by what is above them (R18). Run to completion: not;
+ * on the virtual clock a call takes no time. Otherwise a call is stopped before some instruction,
+ * slots of the schedule go by, with everything that is due in them, and the call goes on.
+ */
+enum preempt_mode {
+    PREEMPT_NONE,
+    PREEMPT_SEEDED, /* places and numbers of slots are a function of the seed */
+    PREEMPT_AT      /* before instruction `at`; slots go by until Program_04 has been called */
+};
+
+struct host_preempt {
+    enum preempt_mode mode;
+    uint64_t at;
+};
 
 struct host_config {
     const struct product *product;
@@ -98,7 +116,6 @@ struct host_config {
     uint32_t data_bytes, osc_bytes; /* TGM_Data, TGM_Oscilloscope; 0 = the product's default */
     uint32_t eeprom_bytes;          /* MAIN.Size_EEPROM_Memory; 0 = all there is */
     uint32_t can_kbit, log_ctrl;    /* MAIN.PLC_CAN_BaudRate, MAIN.Log_Ctrl */
-    uint32_t interpolator_items[3]; /* INTERPOLATOR.Buffer_Size; 0 = not configured */
     enum clock_choice clock;
     uint64_t seed;
     const struct plant *plant;
@@ -106,13 +123,23 @@ struct host_config {
     unsigned servo_count;
     const struct servo_modes *modes; /* NULL: servo_modes_default */
     const char *faults,
-        *faults_name; /* what goes wrong on the bus (docs/faults.md); NULL: nothing */
+        *faults_name;   /* what goes wrong on the bus (docs/faults.md); NULL: nothing */
     const void *eeprom; /* what is stored there, eeprom_size bytes; NULL: nothing yet */
     size_t eeprom_size;
     const char *can, *can_name; /* script of the CAN buses (can.h); NULL: there are none */
-    bool without_bus; /* no slaves are made: for experiments that only call Program_Ini */
+    bool without_bus;           /* no slaves are made: for experiments that only call Program_Ini */
     struct mutation mutation;
     struct pcap *capture; /* where the frames of the bus go; NULL: nowhere */
+    bool no_autostart;    /* host_start() starts TG Motion, not the PLC: host_run() does */
+    bool resettable;      /* keeps a copy of the start, for host_reset() and the like */
+    struct host_preempt preempt;
+    struct realtime *real; /* opened: slots come when they are due by the wall clock */
+    const char
+        *shm; /* memories are POSIX shared memory with this in front of their names (shm.h) */
+    unsigned interpolators;          /* 0: as many as the product has */
+    uint32_t interpolator_buffer[3]; /* parts; 0: 2000 */
+    const struct interp_path *path;  /* for interpolator 0, which is started at that time */
+    uint64_t path_start_ns;
 };
 
 /* Size of a shared memory of the product so configured: what the layout leaves to the product. */
@@ -144,8 +171,36 @@ void host_close(struct host *host);
 /* Calls Program_Ini. True when it returned 1 and the cycles may begin. */
 bool host_start(struct host *host);
 
-/* One Cycle_Time. False when no function of the module can be called any more. */
+/* One Cycle_Time. False when no function of the module can be called any more, or TG Motion was
+ * told to end. */
 bool host_cycle(struct host *host);
+
+/*
+ * PLC control as Observer has it (docs/decisions.md, R1; plc.h): what these ask for begins with the
+ * next cycle, like what other programs write to MAIN.PLC_Ctrl.
+ *   run    the Run sequence: stop, clear, load, Program_Ini, cyclic calls; also restarts
+ *   stop   steps 1 to 4 of it
+ *   pause  no function is called, everything else goes on; and back
+ *   reset  TG Motion itself begins anew, machine included: what follows is what followed
+ *          host_start(), to the last byte; needs host_config.resettable. host_cycles() and
+ *          host_time() count from 0 again.
+ */
+void host_run(struct host *host);
+void host_stop(struct host *host);
+void host_pause(struct host *host, bool paused);
+void host_reset(struct host *host);
+
+enum host_plc {
+    HOST_PLC_STOPPED,
+    HOST_PLC_CHANGING, /* on the way: stopping, clearing, loading */
+    HOST_PLC_RUNNING,
+    HOST_PLC_PAUSED,
+    HOST_PLC_ERROR /* the last load failed: no such module, or Program_Ini did not return 1 */
+};
+enum host_plc host_plc(const struct host *host);
+
+/* Simulated nanoseconds since the first cycle of the present run of the PLC. */
+uint64_t host_run_time(const struct host *host);
 
 void host_on_sample(struct host *host, host_sample *sample, void *argument);
 
@@ -162,5 +217,19 @@ uint64_t host_cycles(const struct host *host);
 uint64_t host_time(const struct host *host);
 /* Address of a resolved register in the host's memory; NULL past the end of it. */
 const void *host_register(const struct host *host, const struct catalogue_register *reg);
+
+/*
+ * The CNC side of an interpolator, which a PLC has no access to. Call between cycles; nothing is
+ * allocated.
+ *
+ * load fills the buffer with a copy of the path, or appends to one that said there would be more.
+ * 0; -EBUSY while it moves; -ENOSPC; -EINVAL; with a reason. start: false when there is nothing to
+ * run or it runs. stop: along the path, on the normal or the emergency ramp; drop forgets what is
+ * left of the path, otherwise start goes on.
+ */
+int host_interpolator_load(struct host *host, unsigned number, const struct interp_path *path,
+                           bool append, char why[HOST_WHY]);
+bool host_interpolator_start(struct host *host, unsigned number);
+void host_interpolator_stop(struct host *host, unsigned number, bool emergency, bool drop);
 
 #endif

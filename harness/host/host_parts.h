@@ -19,9 +19,14 @@
 #include "host/channel.h"
 #include "host/console.h"
 #include "host/general.h"
+#include "host/angle.h"
 #include "host/host_ops.h"
+#include "host/interpolator.h"
 #include "host/motion.h"
 #include "host/osc.h"
+#include "host/plc.h"
+#include "host/preempt.h"
+#include "host/realtime.h"
 #include "host/schedule.h"
 #include "host/servo_wire.h"
 
@@ -183,8 +188,22 @@ struct host {
     void *can_memory[CAN_CHANNELS];
     struct osc osc;
 
+    struct plc plc;
+    struct preempt preempt;
+    struct realtime *real; /* NULL: the clock is virtual */
+    struct measured measured;
+    struct host_copy *copy; /* of the start; NULL: TG Motion cannot begin anew */
+    struct interpolator interpolators[INTERPOLATORS_MOST];
+    size_t interpolator_count;
+    bool path_started; /* the one of the configuration */
+
     uint64_t cycle, now_ns, timer_ms;
-    uint64_t due_ns[3]; /* Program_01..03 */
+    size_t slot;          /* the next one of the cycle */
+    bool loop;            /* the servo loop runs in this cycle */
+    uint64_t loop_begin;  /* first cycle since it runs */
+    bool in_op;           /* every slave, since the loop runs */
+    uint64_t fault_noted; /* how many faults of the bus were told */
+    uint64_t due_ns[3];   /* Program_01..03 */
     host_sample *sample;
     void *sample_argument;
 };
@@ -195,6 +214,8 @@ extern const struct host_part host_scope;
 extern const struct host_part host_timers, host_servo, host_capture, host_motion, host_dio;
 extern const struct host_part host_console, host_statistics, host_eeprom, host_safety, host_general,
     host_channels, host_can;
+extern const struct host_part host_timers, host_servo, host_capture, host_motion, host_dio,
+    host_interpolator;
 
 /* services.c: fills the functions of a PLC_DATA; the services act for this host from now on. */
 void services_bind(struct host *host, PLC_DATA *data);
@@ -243,6 +264,52 @@ void motion_refer(struct axis *axis, double reference);
 int scope_arm(struct host *host, const struct host_osc *wanted, char why[HOST_WHY]);
 size_t scope_samples(const struct host *host);
 void scope_row(const struct host *host, size_t index, double *row);
+
+/* plc.c */
+void plc_open(struct host *host);
+/* Program_Ini, and the cyclic calls may begin. */
+bool plc_begin(struct host *host);
+/* When a cycle begins; whether the servo loop runs in it. */
+bool plc_cycle(struct host *host);
+/* Whether cyclic functions are called at present. */
+bool plc_calls(const struct host *host);
+void plc_run(struct host *host);
+void plc_stop(struct host *host);
+void plc_pause(struct host *host, bool paused);
+void plc_reset(struct host *host);
+enum host_plc plc_state(const struct host *host);
+
+/* preempt.c: plans how the call of Program_01 to Program_03 that follows is interrupted. */
+void preempt_plan(struct host *host, enum entry entry);
+void preempt_done(struct host *host, enum entry entry);
+
+/* rewind.c. No room for a copy: none is kept. */
+void rewind_keep(struct host *host);
+bool rewind_back(struct host *host);
+void rewind_free(struct host *host);
+
+/* measure.c: registers of what took how long, on the real clock */
+extern const struct host_part host_measure;
+
+/* host.c, for the files of PLC control */
+bool host_call(struct host *host, enum entry entry);
+void host_slot(struct host *host); /* the next one of the schedule */
+void host_clear_parts(struct host *host);
+uint64_t host_time_of(const struct host *host);
+/* When the next slot is due, from the first cycle. */
+uint64_t host_next_slot_ns(const struct host *host);
+/* interpolator.c: the CNC side (host.h), and what interpolator_command.c needs. */
+int interpolator_load(struct host *host, unsigned number, const struct interp_path *path,
+                      bool append, char why[HOST_WHY]);
+bool interpolator_start(struct host *host, unsigned number);
+void interpolator_stop(struct host *host, unsigned number, bool emergency, bool drop);
+uint32_t interpolator_step_us(const struct host *host);
+/* It stands there now, without having moved. */
+void interpolator_place(struct interpolator *in, const double position[INTERP_AXES]);
+void interpolators_close(struct host *host);
+
+/* interpolator_command.c: carries out INTERPOLATOR.Command, in front of a step. */
+void interpolator_command(const struct host *host, struct interpolator *in);
 
 /* memories.c */
 int memories_open(struct host *host, char why[HOST_WHY]);

@@ -8,6 +8,7 @@ const struct host_part *const host_parts[] = {
     &host_eeprom,
     &host_can,
     &host_safety,
+    &host_interpolator, /* its positions are set-points of the servos */
     &host_servo,
     &host_capture,
     &host_motion,
@@ -15,5 +16,6 @@ const struct host_part *const host_parts[] = {
     &host_general,
     &host_channels,
     &host_scope,
+    &host_measure,
     NULL,
 };

@@ -40,6 +40,36 @@ bool host_cycle(struct host *host)
     return ops(host)->cycle(host);
 }
 
+void host_run(struct host *host)
+{
+    ops(host)->run(host);
+}
+
+void host_stop(struct host *host)
+{
+    ops(host)->stop(host);
+}
+
+void host_pause(struct host *host, bool paused)
+{
+    ops(host)->pause(host, paused);
+}
+
+void host_reset(struct host *host)
+{
+    ops(host)->reset(host);
+}
+
+enum host_plc host_plc(const struct host *host)
+{
+    return ops(host)->plc(host);
+}
+
+uint64_t host_run_time(const struct host *host)
+{
+    return ops(host)->run_time(host);
+}
+
 void host_on_sample(struct host *host, host_sample *sample, void *argument)
 {
     ops(host)->on_sample(host, sample, argument);
@@ -73,4 +103,20 @@ uint64_t host_time(const struct host *host)
 const void *host_register(const struct host *host, const struct catalogue_register *reg)
 {
     return ops(host)->register_at(host, reg);
+}
+
+int host_interpolator_load(struct host *host, unsigned number, const struct interp_path *path,
+                           bool append, char why[HOST_WHY])
+{
+    return ops(host)->interpolator_load(host, number, path, append, why);
+}
+
+bool host_interpolator_start(struct host *host, unsigned number)
+{
+    return ops(host)->interpolator_start(host, number);
+}
+
+void host_interpolator_stop(struct host *host, unsigned number, bool emergency, bool drop)
+{
+    ops(host)->interpolator_stop(host, number, emergency, drop);
 }

@@ -6,6 +6,9 @@
 #include <errno.h>
 #include <stdio.h>
 #include <string.h>
+#include <unistd.h>
+
+#include "host/shm.h"
 
 static size_t memory_size(const struct host *host, const char *name)
 {
@@ -89,6 +92,24 @@ static int plc_data_open(struct host *host, char why[HOST_WHY])
     return 0;
 }
 
+static int memory_open(struct host *host, const struct catalogue_memory *memory, size_t bytes,
+                       void **at, char why[HOST_WHY])
+{
+    void *module;
+    if (host->config.shm == NULL)
+        return machine_map(host->machine, memory->name, bytes, MACHINE_REGION_READ_WRITE, at,
+                           &module, why);
+    const int fd = shm_attach(host->config.shm, memory);
+    if (fd < 0) {
+        snprintf(why, HOST_WHY, "shared memory %s%s: %s", host->config.shm, memory->name,
+                 strerror(-fd));
+        return fd;
+    }
+    const int r = machine_map_shared(host->machine, memory->name, bytes, fd, at, why);
+    close(fd);
+    return r;
+}
+
 int memories_open(struct host *host, char why[HOST_WHY])
 {
     const struct product *product = host->config.product;
@@ -100,14 +121,12 @@ int memories_open(struct host *host, char why[HOST_WHY])
     }
     for (size_t i = 0; catalogue_memory(host->catalogue, i) != NULL; i++) {
         const struct catalogue_memory *memory = catalogue_memory(host->catalogue, i);
-        void *module;
         if (i >= HOST_MEMORIES) {
             snprintf(why, HOST_WHY, "more than %d shared memories in the catalogue", HOST_MEMORIES);
             return -E2BIG;
         }
         const size_t bytes = host_memory_bytes(&host->config, memory);
-        int r = machine_map(host->machine, memory->name, bytes, MACHINE_REGION_READ_WRITE,
-                            &host->memory[i], &module, why);
+        int r = memory_open(host, memory, bytes, &host->memory[i], why);
         if (r != 0)
             return r;
         host->memory_bytes[i] = bytes;

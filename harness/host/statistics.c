@@ -132,9 +132,10 @@ static int statistics_open(struct host *host, char why[HOST_WHY])
     (void)why;
     for (size_t i = 0; host->bus != NULL && i < bus_slave_count(host->bus); i++)
         host->has_clock = host->has_clock || bus_slave(host->bus, i)->has_clock;
-    if (host->bus != NULL && host->config.clock != CLOCK_OFF) {
-        host->system->Main.Distributed_Clock = 1;
-        host->system->Main.StateDistributedClock = host->has_clock ? 1 : -1;
+    if (host->bus != NULL) {
+        const bool on = host->config.clock != CLOCK_OFF;
+        host->system->Main.Distributed_Clock = on;
+        host->system->Main.StateDistributedClock = !on ? 0 : host->has_clock ? 1 : -1;
     }
     return 0;
 }

@@ -398,3 +398,44 @@ size_t text16_to_utf8(char *out, size_t capacity, const uint16_t *text)
         out[used] = '\0';
     return used;
 }
+
+/* Length of the sequence at text, 1 to 4, its code point in *point; 0: it is none. */
+static size_t utf8_decode(const unsigned char *text, uint32_t *point)
+{
+    static const uint32_t least[] = { 0, 0, 0x80, 0x800, 0x10000 };
+    const size_t length = text[0] < 0x80             ? 1
+                          : (text[0] & 0xE0) == 0xC0 ? 2
+                          : (text[0] & 0xF0) == 0xE0 ? 3
+                          : (text[0] & 0xF8) == 0xF0 ? 4
+                                                     : 0;
+    *point = length == 1 ? text[0] : text[0] & (0x7Fu >> length);
+    for (size_t i = 1; i < length; i++) {
+        if ((text[i] & 0xC0) != 0x80)
+            return 0;
+        *point = *point << 6 | (text[i] & 0x3Fu);
+    }
+    if (length == 0 || *point < least[length] || *point > 0x10FFFF || (*point & ~0x7FFu) == 0xD800)
+        return 0;
+    return length;
+}
+
+void text16_from_utf8(uint16_t *out, size_t capacity, const char *text)
+{
+    const unsigned char *at = (const unsigned char *)text;
+    size_t used = 0;
+    memset(out, 0, capacity * sizeof *out);
+    while (*at != '\0') {
+        uint32_t point;
+        const size_t length = utf8_decode(at, &point);
+        if (length == 0)
+            point = 0xFFFD;
+        if (used + (point > 0xFFFF ? 2 : 1) >= capacity)
+            return;
+        if (point > 0xFFFF) {
+            out[used++] = (uint16_t)(0xD800 + ((point - 0x10000) >> 10));
+            point = 0xDC00 + (point & 0x3FF);
+        }
+        out[used++] = (uint16_t)point;
+        at += length > 0 ? length : 1;
+    }
+}

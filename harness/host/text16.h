@@ -33,4 +33,8 @@ int text16_format(uint16_t *out, size_t capacity, const uint16_t *format, ...);
  */
 size_t text16_to_utf8(char *out, size_t capacity, const uint16_t *text);
 
+/* The other way, at most capacity units with the terminator, the rest of `out` zeroed. What is no
+ * UTF-8 becomes U+FFFD, a byte at a time. */
+void text16_from_utf8(uint16_t *out, size_t capacity, const char *text);
+
 #endif

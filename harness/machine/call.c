@@ -87,11 +87,15 @@ void machine_call(struct machine *machine, uint64_t function, void *argument,
 
     machine_incident.service_depth = 0;
     machine_incident.hung = false;
+    if (machine->config.interruptible)
+        machine_level_begin(machine);
     left = machine_enter(machine_address(machine, function), argument);
     outcome->elapsed_ns = machine->timing ? now_ns() - begin : 0;
     outcome->kind = MACHINE_RETURNED;
     outcome->abi_broken = 0;
     outcome->value = left.value;
+    if (machine->config.interruptible)
+        machine_level_end(machine);
     if (__builtin_expect(left.how != LEFT_CLEAN, 0))
         irregular(machine, left.how, outcome);
 }
@@ -103,8 +107,9 @@ void machine_timing(struct machine *machine, bool on)
 
 void machine_service_enter(struct machine *machine, const char *service, void *return_address)
 {
-    (void)machine;
     if (machine_incident.service_depth == 0) {
+        if (machine->config.interruptible)
+            machine_service_steps(machine, false);
         machine_incident.service = service;
         machine_incident.service_return = return_address;
     }
@@ -130,4 +135,6 @@ void machine_service_leave(struct machine *machine)
     if (machine_incident.service_depth == 1 && machine_incident.hung && machine_state.active)
         leave_hung(machine);
     machine_incident.service_depth--;
+    if (machine_incident.service_depth == 0 && machine->config.interruptible)
+        machine_service_steps(machine, true);
 }

@@ -15,7 +15,6 @@
 #include <sys/auxv.h>
 #include <sys/mman.h>
 #include <sys/syscall.h>
-#include <ucontext.h>
 #include <unistd.h>
 
 #include "machine/machine_private.h"
@@ -37,8 +36,8 @@
 enum { VECTOR_BREAKPOINT = 3, VECTOR_PAGE_FAULT = 14 };
 enum { PAGE_FAULT_WRITE = 1 << 1, PAGE_FAULT_FETCH = 1 << 4 };
 
-static const int handled[MACHINE_SIGNALS] = { SIGSEGV, SIGBUS, SIGFPE, SIGILL,
-                                              SIGTRAP, SIGSYS, SIGALRM };
+static const int handled[MACHINE_SIGNALS] = { SIGSEGV, SIGBUS, SIGFPE,  SIGILL,
+                                              SIGTRAP, SIGSYS, SIGALRM, MACHINE_ALARM };
 
 /* The last bytes before ip are these: the instruction that trapped began there. */
 static bool ends_with(const struct machine *machine, uint64_t ip, uint8_t first, uint8_t second)
@@ -115,9 +114,9 @@ static void reset_extended_state(struct _libc_fpstate *state)
     state->mxcsr = default_mxcsr;
 }
 
-/* Makes the interrupted context leave the call. The code and stack segments too: the module may
+/* Makes the interrupted context go on in host code. The code and stack segments too: the module may
  * have switched to 32-bit code. */
-static void redirect(ucontext_t *context)
+void machine_redirect(ucontext_t *context, uint64_t ip, uint64_t sp)
 {
     greg_t *registers = context->uc_mcontext.gregs;
     uint64_t code, stack;
@@ -125,8 +124,8 @@ static void redirect(ucontext_t *context)
     __asm__("mov %%cs, %0" : "=r"(code));
     __asm__("mov %%ss, %0" : "=r"(stack));
     registers[REG_CSGSFS] = (greg_t)((code & 0xffff) | (stack & 0xffff) << 48);
-    registers[REG_RIP] = (greg_t)(uint64_t)machine_abandon;
-    registers[REG_RSP] = (greg_t)machine_state.host_rsp;
+    registers[REG_RIP] = (greg_t)ip;
+    registers[REG_RSP] = (greg_t)sp;
     registers[REG_EFL] = FLAGS_CLEAN;
     reset_extended_state(context->uc_mcontext.fpregs);
 }
@@ -184,6 +183,8 @@ void machine_on_signal(int sig, siginfo_t *info, void *context)
     ucontext_t *interrupted = context;
     uint64_t ip = (uint64_t)interrupted->uc_mcontext.gregs[REG_RIP];
 
+    if (machine_interrupt_signal(machine, sig, interrupted))
+        return;
     if (sig == SIGALRM) {
         if (machine == NULL || info->si_code != SI_TIMER || !machine_watchdog_tick(machine, ip))
             return;
@@ -193,7 +194,7 @@ void machine_on_signal(int sig, siginfo_t *info, void *context)
     }
     machine_state.active = 0;
     describe(machine, sig, info, interrupted);
-    redirect(interrupted);
+    machine_redirect(interrupted, (uint64_t)machine_abandon, machine_state.host_rsp);
 }
 
 static int install_stack(struct machine *machine)

@@ -207,7 +207,7 @@ static void prepare_state(const struct machine *machine)
     for (unsigned i = 0; i < 6; i++)
         fresh.sentinel[i] =
             (machine_mix(machine->config.seed, 2, i) & 0x0000ffffffffffffu) | 0x5e00000000000000u;
-    fresh.stack_top = (uint64_t)machine->stack + machine->stack_size - 64;
+    fresh.stack_top = machine_stack_top(machine, machine->stack);
     fresh.has_fsgsbase = (getauxval(AT_HWCAP2) & HWCAP2_FSGSBASE_BIT) != 0;
     __asm__("mov %%fs:0, %0" : "=r"(fresh.host_fs)); /* thread control block: points to itself */
     machine_state = fresh;
@@ -238,7 +238,11 @@ int machine_load(struct machine **out, const struct image *image,
 
     error = map_image(machine, image, why);
     if (error == 0)
-        error = machine_map_stack(machine, why);
+        error = machine_map_stacks(machine, why);
+    if (error == 0)
+        error = machine_levels_open(machine, why);
+    if (error == 0)
+        error = machine_copy_keep(machine, why);
     if (error == 0) {
         prepare_state(machine);
         machine_incident = (struct machine_incident){ .machine = machine };
@@ -259,12 +263,14 @@ void machine_unload(struct machine *machine)
     if (machine == NULL)
         return;
     machine_watchdog_stop(machine);
+    machine_levels_close(machine);
     machine_handlers_remove(machine);
     if (machine_incident.machine == machine)
         machine_incident.machine = NULL;
     machine_regions_release(machine);
     if (!machine->sealed)
         machine_release(&machine->signal_stack);
+    machine_release(&machine->copy);
     free(machine->page_access);
     free(machine);
 }

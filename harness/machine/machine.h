@@ -13,9 +13,10 @@
  * Nothing here allocates after machine_load()/machine_map(); machine_call() is fit for cyclic use.
  *
  * machine_load() to machine_unload() must happen in the same process and thread, the one that makes
- * the calls: load in the worker, not before the fork. machine_call() does not nest: no service may
- * make a call of its own. From load to unload a watchdog's SIGALRM arrives four times per hang_ns:
- * sleeping system calls of the host end early with EINTR then.
+ * the calls: load in the worker, not before the fork. No service may make a call of its own; calls
+ * nest only where one interrupts another (machine_interrupt_next). From load to unload a watchdog's
+ * SIGALRM arrives four times per hang_ns: sleeping system calls of the host end early with EINTR
+ * then.
  *
  * What the module sees on entry is the same on every run with the same seed: addresses, poison, the
  * untouched part of its stack, and every general register and xmm register except its argument.
@@ -31,18 +32,23 @@
 #include "image/image.h"
 
 #define MACHINE_WHY         512
+#define MACHINE_LEVELS      4 /* calls that may stand inside one another, each with its own stack */
+#define MACHINE_NEVER       UINT64_MAX
+#define MACHINE_ABANDON     (UINT64_MAX - 1)
 #define MACHINE_REGION_NAME 32
 
 struct machine;
 
 struct machine_config {
-    uint64_t seed;     /* places and poison are a function of it (and of nothing else) */
-    bool poison;       /* fill writable data with a seeded pattern instead of its initial values:
-                          TG Motion does not initialise globals. Words that a relocation patches and
-                          the RELRO range keep their values. */
-    size_t stack_size; /* bytes for module code, rounded up to pages; 0 = 256 KiB */
-    uint64_t hang_ns;  /* a call longer than this is a hang; 0 = 1 s. Wall time: found when it
-                          has taken between 1 and 1.25 of this; at least 1 ms. */
+    uint64_t seed;      /* places and poison are a function of it (and of nothing else) */
+    bool poison;        /* fill writable data with a seeded pattern instead of its initial values:
+                           TG Motion does not initialise globals. Words that a relocation patches and
+                           the RELRO range keep their values. */
+    size_t stack_size;  /* bytes for module code, rounded up to pages; 0 = 256 KiB */
+    uint64_t hang_ns;   /* a call longer than this is a hang; 0 = 1 s. Wall time: found when it
+                           has taken between 1 and 1.25 of this; at least 1 ms. */
+    bool interruptible; /* calls may be interrupted; costs MACHINE_LEVELS - 1 stacks more, and
+                           nothing in calls that are not */
 };
 
 enum machine_region_access { MACHINE_REGION_READ, MACHINE_REGION_READ_WRITE };
@@ -123,6 +129,16 @@ int machine_load(struct machine **out, const struct image *image,
 void machine_unload(struct machine *machine);
 
 /*
+ * The module as if loaded again: its writable memory, poison included, and its stacks are put back
+ * to what machine_load() made of them. In a sealed process nothing can be mapped or protected any
+ * more, hence from a copy that machine_load() kept; for the module it is the same. Constant memory
+ * cannot have changed. Not from inside a call. 0, or -EFBIG when the writable memory was too large
+ * for a copy (MACHINE_COPY_LIMIT).
+ */
+#define MACHINE_COPY_LIMIT (64u << 20)
+int machine_reload(struct machine *machine, char why[MACHINE_WHY]);
+
+/*
  * A named piece of memory that module code may reach, between guard pages of at least 1 MiB. It
  * ends exactly at a page boundary when size is a multiple of 16 (so that the first byte past it
  * faults); bytes before it down to the page boundary are filled with 0xCD. Zero-filled itself. With
@@ -134,6 +150,11 @@ void machine_unload(struct machine *machine);
 int machine_map(struct machine *machine, const char *name, size_t size,
                 enum machine_region_access access, void **host, void **module,
                 char why[MACHINE_WHY]);
+
+/* The same, readable and writable, with memory of somebody else's: the object behind fd, mapped
+ * from its beginning, so that it is the last page that has slack. */
+int machine_map_shared(struct machine *machine, const char *name, size_t size, int fd,
+                       void **memory, char why[MACHINE_WHY]);
 
 /* Arms the traps: from here on, system calls issued by module code are caught (seccomp filter on
  * the instruction pointer's range, plus the sandbox of sandbox.h). Cannot be undone in this
@@ -148,6 +169,38 @@ void machine_timing(struct machine *machine, bool on);
  * MACHINE_RETURNED the host may go on calling, but a service that was cut short is not resumed. */
 void machine_call(struct machine *machine, uint64_t function, void *argument,
                   struct machine_outcome *outcome);
+
+/*
+ * Interrupts: a call can be stopped between any two instructions of the module's own, something
+ * else done, and be gone on with as if nothing had been. What is done may be calls of other
+ * functions: those run at the next level, on a stack of their own, and may be interrupted in turn;
+ * at most MACHINE_LEVELS deep.
+ *
+ * The hook runs on the host's stack. `pc` is the module address of the instruction that comes next,
+ * `instructions` how many the call has executed (a repeated string instruction counts each time;
+ * those of host services do not count; 0 unless they were counted from the beginning). It returns
+ * after how many more it wants to be called again, MACHINE_NEVER: not; MACHINE_ABANDON: the call is
+ * over, its outcome MACHINE_HANG there.
+ */
+typedef uint64_t machine_interrupt(void *argument, uint64_t pc, uint64_t instructions);
+
+/*
+ * The next machine_call() of this level, and that one only, may be interrupted: before it executes
+ * instruction number `after` (from 0) - exact and the same on every run; the processor's trap flag
+ * is used, which makes the call slow up to there, some microseconds an instruction - and whenever
+ * the alarm comes.
+ */
+void machine_interrupt_next(struct machine *machine, uint64_t after, machine_interrupt *hook,
+                            void *argument);
+/* Instructions that the latest call of this level executed, if it was stepped to its end. */
+uint64_t machine_instructions(const struct machine *machine);
+
+/* An alarm by the wall clock, for machine_seal()ed processes, too, when opened before. 0 or
+ * negative errno. */
+int machine_alarm_open(struct machine *machine, char why[MACHINE_WHY]);
+/* Interrupts the call in progress, or a later one, at that time of CLOCK_MONOTONIC, as soon as no
+ * host service runs for it; 0: no more. What comes while nothing may be interrupted is lost. */
+void machine_alarm_at(struct machine *machine, uint64_t monotonic_ns);
 
 /* Deepest use of the module stack so far, in bytes (from the untouched part of its fill pattern).
  * Host services run on the module's stack as well and count. */

@@ -13,6 +13,7 @@
 #include <stddef.h>
 #include <stdint.h>
 #include <time.h>
+#include <ucontext.h>
 
 #if defined(__SANITIZE_ADDRESS__)
 #define ADDRESS_SANITIZER 1
@@ -34,8 +35,9 @@
 #define STACK_LIMIT     (256ull << 20)
 #define MAX_REGIONS     64   /* "module" and "stack" included */
 #define SLACK_BYTE      0xcd /* fills what belongs to a region's page, not to it */
-#define MACHINE_SIGNALS 7
-#define HANG_TICKS      4 /* watchdog periods in hang_ns */
+#define MACHINE_SIGNALS 8
+#define MACHINE_ALARM   SIGVTALRM /* interrupts, see interrupt.c */
+#define HANG_TICKS      4         /* watchdog periods in hang_ns */
 #define DEFAULT_STACK   (256u << 10)
 #define DEFAULT_HANG_NS 1000000000ull
 
@@ -60,6 +62,23 @@ struct machine_borrowed {
     bool installed;
 };
 
+/* One of the calls that stand inside one another, and what is to interrupt it. */
+struct machine_level {
+    uint8_t *stack; /* lowest byte */
+    machine_interrupt *hook;
+    void *argument;
+    uint64_t after;    /* instructions until the interrupt */
+    uint64_t executed; /* instructions so far, while stepping */
+    bool stepping;     /* the trap flag is ours */
+    bool stepped;      /* it was, at some time of this call */
+    bool inside;       /* the latest trap was before an instruction of the module */
+    bool pending;      /* the alarm came where nothing can be interrupted */
+    /* The interrupted context. */
+    greg_t registers[NGREG];
+    uint8_t *extended;
+    size_t extended_size;
+};
+
 struct machine {
     struct machine_config config;
     pid_t process;
@@ -70,9 +89,20 @@ struct machine {
     uint64_t span_begin, span_end;
     uint8_t *page_access; /* PROT_* of each page of the hull */
 
-    uint8_t *stack; /* lowest byte */
+    uint8_t *stack; /* lowest byte of the running level's */
     size_t stack_size;
     uint64_t stack_pattern;
+    size_t stack_deepest; /* before the latest machine_reload() */
+
+    unsigned level; /* how many calls are interrupted */
+    unsigned level_count;
+    struct machine_level levels[MACHINE_LEVELS];
+    size_t extended_room;
+    bool resuming; /* machine_resume is about to trap */
+    timer_t alarm;
+    bool has_alarm;
+
+    struct machine_reservation copy; /* of the writable pages, one after the other */
 
     struct machine_region regions[MAX_REGIONS];
     unsigned region_count;
@@ -107,6 +137,7 @@ struct machine_state {
     uint16_t host_x87, module_x87;
     uint32_t active; /* module code may be running */
     uint32_t has_fsgsbase;
+    uint64_t enter_flags; /* rflags of the first instruction when the call is stepped, else 0 */
 };
 
 #define STATE_AT(field, offset)                                                                    \
@@ -129,6 +160,7 @@ STATE_AT(host_x87, STATE_HOST_X87);
 STATE_AT(module_x87, STATE_MODULE_X87);
 STATE_AT(active, STATE_ACTIVE);
 STATE_AT(has_fsgsbase, STATE_HAS_FSGSBASE);
+STATE_AT(enter_flags, STATE_ENTER_FLAGS);
 
 extern volatile struct machine_state machine_state __attribute__((visibility("hidden")));
 
@@ -152,7 +184,8 @@ struct machine_left {
 struct machine_left machine_enter(void *function, void *argument);
 void machine_abandon(void) __attribute__((noreturn));
 void machine_signal_entry(int sig, siginfo_t *info, void *context);
-extern const uint8_t machine_trampoline_begin[], machine_trampoline_end[];
+void machine_resume(void) __attribute__((noreturn));
+extern const uint8_t machine_trampoline_begin[], machine_trampoline_end[], machine_returned[];
 
 /* Reads a word of the module's stack: not aligned perhaps, and in frames of host functions that the
  * address sanitizer has fenced. */
@@ -164,19 +197,43 @@ static inline uint64_t machine_peek(uint64_t address)
     return word;
 }
 
+/* Where a call's stack pointer begins. */
+static inline uint64_t machine_stack_top(const struct machine *machine, const uint8_t *stack)
+{
+    return (uint64_t)stack + machine->stack_size - 64;
+}
+
 /* regions.c */
 uint64_t machine_mix(uint64_t seed, uint64_t a, uint64_t b);
 int machine_reserve(struct machine_reservation *out, uint64_t seed, unsigned ordinal, size_t size);
 void machine_release(struct machine_reservation *reservation);
 struct machine_region *machine_region_add(struct machine *machine, const char *name);
-int machine_map_stack(struct machine *machine, char why[MACHINE_WHY]);
+int machine_map_stacks(struct machine *machine, char why[MACHINE_WHY]);
+void machine_fill_stacks(struct machine *machine);
 void machine_regions_release(struct machine *machine);
 void machine_describe_address(const struct machine *machine, struct machine_fault *fault);
 
 /* poison.c */
 void machine_poison(const struct image *image, uint8_t *hull, uint64_t seed);
 
+/* reload.c */
+int machine_copy_keep(struct machine *machine, char why[MACHINE_WHY]);
+
+/* interrupt.c */
+int machine_levels_open(struct machine *machine, char why[MACHINE_WHY]);
+void machine_levels_close(struct machine *machine);
+/* The kernel's number of the alarm, -1 when there is none. */
+int machine_alarm_number(const struct machine *machine);
+void machine_level_set(struct machine *machine, unsigned level);
+void machine_level_begin(struct machine *machine);
+void machine_level_end(struct machine *machine);
+/* Host services are not stepped: off on the way in, on again, if wanted, on the way out. */
+void machine_service_steps(struct machine *machine, bool on);
+/* In the signal handler. True when the signal was about interrupts and has been dealt with. */
+bool machine_interrupt_signal(struct machine *machine, int sig, ucontext_t *context);
+
 /* fault.c */
+void machine_redirect(ucontext_t *context, uint64_t ip, uint64_t sp);
 int machine_handlers_install(struct machine *machine, char why[MACHINE_WHY]);
 void machine_handlers_remove(struct machine *machine);
 void machine_on_signal(int sig, siginfo_t *info, void *context)

@@ -96,7 +96,7 @@ struct machine_region *machine_region_add(struct machine *machine, const char *n
     return region;
 }
 
-int machine_map_stack(struct machine *machine, char why[MACHINE_WHY])
+static int map_stack(struct machine *machine, uint8_t **stack, char why[MACHINE_WHY])
 {
     struct machine_region *region = machine_region_add(machine, "stack");
     size_t size = page_up(machine->config.stack_size);
@@ -110,16 +110,36 @@ int machine_map_stack(struct machine *machine, char why[MACHINE_WHY])
         return machine_fail(why, error, "no address space for the module stack: %s",
                             strerror(-error));
     machine->region_count++;
-    machine->stack = region->around.base + HULL_GUARD;
+    *stack = region->around.base + HULL_GUARD;
     machine->stack_size = size;
-    region->start = (uint64_t)machine->stack;
+    region->start = (uint64_t)*stack;
     region->size = size;
-    if (mprotect(machine->stack, size, PROT_READ | PROT_WRITE) != 0)
+    if (mprotect(*stack, size, PROT_READ | PROT_WRITE) != 0)
         return machine_fail(why, -errno, "no memory for the module stack: %s", strerror(errno));
+    return 0;
+}
 
+void machine_fill_stacks(struct machine *machine)
+{
+    for (unsigned level = 0; level < machine->level_count; level++)
+        for (size_t i = 0; i < machine->stack_size; i += sizeof machine->stack_pattern)
+            memcpy(machine->levels[level].stack + i, &machine->stack_pattern,
+                   sizeof machine->stack_pattern);
+}
+
+int machine_map_stacks(struct machine *machine, char why[MACHINE_WHY])
+{
+    const unsigned wanted = machine->config.interruptible ? MACHINE_LEVELS : 1;
+    int error = 0;
+
+    for (unsigned level = 0; level < wanted && error == 0; level++)
+        error = map_stack(machine, &machine->levels[level].stack, why);
+    if (error != 0)
+        return error;
+    machine->level_count = wanted;
+    machine->stack = machine->levels[0].stack;
     machine->stack_pattern = machine_mix(machine->config.seed, 1, UINT64_MAX);
-    for (size_t i = 0; i < size; i += sizeof machine->stack_pattern)
-        memcpy(machine->stack + i, &machine->stack_pattern, sizeof machine->stack_pattern);
+    machine_fill_stacks(machine);
     return 0;
 }
 
@@ -149,15 +169,9 @@ static int map_once(uint8_t *module, size_t pages, uint8_t **host)
     return mprotect(module, pages, PROT_READ | PROT_WRITE) != 0 ? -errno : 0;
 }
 
-int machine_map(struct machine *machine, const char *name, size_t size,
-                enum machine_region_access access, void **host, void **module,
-                char why[MACHINE_WHY])
+static int check_region(const struct machine *machine, const struct machine_region *region,
+                        const char *name, size_t size, char why[MACHINE_WHY])
 {
-    struct machine_region *region = machine_region_add(machine, name);
-    size_t rounded = (size + 15) & ~(size_t)15, pages = page_up(rounded);
-    uint8_t *module_pages, *host_pages = NULL;
-    int error;
-
     if (machine->sealed)
         return machine_fail(why, -EPERM, "%s: memory cannot be mapped after machine_seal()", name);
     if (region == NULL)
@@ -165,7 +179,48 @@ int machine_map(struct machine *machine, const char *name, size_t size,
                             MAX_REGIONS);
     if (size == 0 || size > REGION_LIMIT)
         return machine_fail(why, -EINVAL, "%s: %zu bytes cannot be mapped", name, size);
+    return 0;
+}
 
+int machine_map_shared(struct machine *machine, const char *name, size_t size, int fd,
+                       void **memory, char why[MACHINE_WHY])
+{
+    struct machine_region *region = machine_region_add(machine, name);
+    const size_t pages = page_up(size);
+    int error = check_region(machine, region, name, size, why);
+
+    if (error != 0)
+        return error;
+    error = machine_reserve(&region->around, machine->config.seed, machine->region_count,
+                            pages + 2 * REGION_GUARD);
+    if (error == 0) {
+        *memory = region->around.base + REGION_GUARD;
+        if (mmap(*memory, pages, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_FIXED, fd, 0) ==
+            MAP_FAILED)
+            error = -errno;
+    }
+    if (error != 0) {
+        machine_release(&region->around);
+        return machine_fail(why, error, "%s: cannot map %zu bytes: %s", name, size,
+                            strerror(-error));
+    }
+    region->start = (uint64_t)*memory;
+    region->size = size;
+    machine->region_count++;
+    return 0;
+}
+
+int machine_map(struct machine *machine, const char *name, size_t size,
+                enum machine_region_access access, void **host, void **module,
+                char why[MACHINE_WHY])
+{
+    struct machine_region *region = machine_region_add(machine, name);
+    size_t rounded = (size + 15) & ~(size_t)15, pages = page_up(rounded);
+    uint8_t *module_pages, *host_pages = NULL;
+    int error = check_region(machine, region, name, size, why);
+
+    if (error != 0)
+        return error;
     error = machine_reserve(&region->around, machine->config.seed, machine->region_count,
                             pages + 2 * REGION_GUARD);
     if (error == 0) {
@@ -215,11 +270,24 @@ void machine_describe_address(const struct machine *machine, struct machine_faul
     }
 }
 
-size_t machine_stack_used(const struct machine *machine)
+static size_t stack_used(const struct machine *machine, const uint8_t *stack)
 {
-    uint64_t at = (uint64_t)machine->stack, top = machine_state.stack_top;
+    uint64_t at = (uint64_t)stack, top = machine_stack_top(machine, stack);
 
     while (at < top && machine_peek(at) == machine->stack_pattern)
         at += sizeof machine->stack_pattern;
     return top - at;
+}
+
+size_t machine_stack_used(const struct machine *machine)
+{
+    size_t deepest = machine->stack_deepest;
+
+    for (unsigned level = 0; level < machine->level_count; level++) {
+        size_t used = stack_used(machine, machine->levels[level].stack);
+
+        if (used > deepest)
+            deepest = used;
+    }
+    return deepest;
 }

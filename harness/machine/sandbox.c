@@ -104,8 +104,13 @@ static void variable_rules(struct filter *filter, const struct sandbox *sandbox)
         { SYS_writev, ALLOW, IF(IS(0, INT, (uint32_t)sandbox->evidence_fd)) },
     };
 
+    const struct filter_rule alarm = { SYS_timer_settime, ALLOW,
+                                       IF(IS(0, INT, (uint32_t)sandbox->alarm)) };
+
     for (size_t i = 0; i < sizeof rules / sizeof rules[0]; i++)
         filter_rule(filter, &rules[i]);
+    if (sandbox->alarm >= 0)
+        filter_rule(filter, &alarm);
     for (size_t i = 0; i < sizeof evidence / sizeof evidence[0] && sandbox->evidence_fd >= 0; i++)
         filter_rule(filter, &evidence[i]);
 }
@@ -131,7 +136,8 @@ int machine_seal(struct machine *machine, int evidence_fd, char why[MACHINE_WHY]
     struct sandbox sandbox = { .begin = (uint64_t)around->base,
                                .end = (uint64_t)around->base + around->size,
                                .thread_base = machine_state.host_fs,
-                               .evidence_fd = evidence_fd };
+                               .evidence_fd = evidence_fd,
+                               .alarm = machine_alarm_number(machine) };
     int error;
 
     why[0] = '\0';

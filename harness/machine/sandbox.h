@@ -30,6 +30,7 @@ struct sandbox {
     uint64_t begin, end;  /* address range of the module; same upper 32 bits */
     uint64_t thread_base; /* fs base, which the fault handler may have to set again */
     int evidence_fd;      /* the one descriptor that may be written to, -1 for none */
+    int alarm;            /* the one timer that may be set, -1 for none */
 };
 
 /* 0 or negative errno. Cannot be undone. */

@@ -17,6 +17,8 @@
         .hidden machine_enter
         .hidden machine_abandon
         .hidden machine_signal_entry
+        .hidden machine_resume
+        .hidden machine_returned
         .hidden machine_trampoline_begin
         .hidden machine_trampoline_end
         .globl  machine_trampoline_begin
@@ -64,7 +66,9 @@ machine_enter:
         pxor    %xmm15, %xmm15
         movl    $1, STATE_ACTIVE(%rcx)
         mov     STATE_STACK_TOP(%rcx), %rsp
-        xor     %ecx, %ecx
+        cmpq    $0, STATE_ENTER_FLAGS(%rcx)
+        jne     stepped
+begin:  xor     %ecx, %ecx
         xor     %edx, %edx
         xor     %esi, %esi
         xor     %r8d, %r8d
@@ -73,6 +77,8 @@ machine_enter:
         xor     %r11d, %r11d
         call    *%rax
 
+        .globl  machine_returned
+machine_returned:
         lea     machine_state(%rip), %rcx
         movl    $0, STATE_ACTIVE(%rcx)
         mov     %rsp, %rdx
@@ -131,6 +137,11 @@ back:   pop     %r15
         pop     %rbx
         ret
 
+stepped:
+        pushq   STATE_ENTER_FLAGS(%rcx)
+        popfq
+        jmp     begin
+
 broken: mov     %rbx, STATE_SEEN+0(%rcx)
         mov     %rbp, STATE_SEEN+8(%rcx)
         mov     %r12, STATE_SEEN+16(%rcx)
@@ -170,6 +181,14 @@ machine_abandon:
         mov     $LEFT_ABANDONED, %edx
         jmp     repair
         .size   machine_abandon, . - machine_abandon
+
+/* Goes on with the call that was interrupted: the signal handler puts its context back. */
+        .globl  machine_resume
+        .type   machine_resume, @function
+machine_resume:
+        int3
+        ud2
+        .size   machine_resume, . - machine_resume
 
 /* Signal handler. The module's fs base and alignment-check flag are still in force, and compiled C
  * survives neither (stack protector, errno; unaligned access). The kernel has seen to the rest. */

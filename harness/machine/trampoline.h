@@ -24,6 +24,7 @@
 #define STATE_MODULE_X87   186
 #define STATE_ACTIVE       188
 #define STATE_HAS_FSGSBASE 192
+#define STATE_ENTER_FLAGS  200
 
 /* Flags of rflags that must be clear when a function returns. */
 #define FLAG_TRAP      0x100
