@@ -261,6 +261,47 @@ run "$tgm" run "$module" --path "$work/long.path"
 expect "a path that is longer than the buffer is refused" 2 "the path has 2001 parts, the buffer of interpolator 0 takes 2000"
 run "$tgm" run "$module" --path "$work/none.path"
 expect "a path that is not there" 2 "none.path': No such file"
+# --- configuration files --------------------------------------------------------------------------
+mkdir "$work/machine"
+printf '[System]\nCycle_Time=1000\n[Servo_Configuration]\nServo[00].Type=9\nServo[00].Node=7\nServo[00].Resolution=16\nServo[01].Type=0\n[Memory]\nData_Bytes=65536\n[Simulation]\nFaults=bad.faults\n' >"$work/machine/TGMotion4xx.ini"
+printf 'at 20ms unplug after 1 for 10ms\n' >"$work/machine/bad.faults"
+run "$tgm" config "$work/machine/TGMotion4xx.ini"
+expect "tgm config says what a file means" 0 "for TG Motion 4.21" "Cycle_Time       1000 us" "type 9, node 7, axis 1: tgz-1" \
+    "virtual" "bus              tgz-1 dio-8x8" "65536 bytes" "$work/machine/bad.faults"
+run "$tgm" config --profile tgmcontroller "$work/machine/TGMotion4xx.ini"
+expect "of another product, too" 0 "for TGMcontroller" "as fast as possible"
+run "$tgm" run "$module" --config "$work/machine/TGMotion4xx.ini" --for 100ms --csv "$work/config.csv" \
+    --record 'MAIN.Servo_SetCycleTime,SERVO[0].Resolution,SERVO[0].Node,MAIN.Number_Servos,HEADER.Mem_Size_Data,SERVO[1].EtherCATState'
+expect "run --config" 0 "bus fault    unplug"
+[ "$(tail -1 "$work/config.csv")" = 0.099000,1000,65536,7,2,65536,8 ] && pass "everything is as configured" || fail "everything is as configured"
+printf 'drive-cia402\ndio-8x8\n' >"$work/line.bus"
+run "$tgm" run "$module" --config "$work/machine/TGMotion4xx.ini" --for 100ms --cycle 250 --bus "$work/line.bus" --faults /dev/null
+expect "the command line wins over the bus" 2 "node 7 of the bus has no axis 1"
+run "$tgm" run "$module" --config "$work/machine/TGMotion4xx.ini" --for 100ms --cycle 250 --faults /dev/null
+expect "the command line wins" 0 "cycle 400 of 400"
+lacks "and over the faults" "bus fault"
+run "$tgm" check "$module" --config "$work/machine/TGMotion4xx.ini" --cycles 50
+expect "check --config judges at its Cycle_Time" 0 "1000 us, 50 cycles each" "RESULT: PASS"
+run "$tgm" run "$module" --record 'DATA.U8[65536]' --csv "$work/config.csv" --config "$work/machine/TGMotion4xx.ini"
+expect "a register past the configured end" 2 "past the end of TGM_Data"
+printf '[System]\nCycle_Time=300\nCycle_Tme=1\n[Servo_Modes]\nPG=4\n' >"$work/machine/TGM.INI"
+run "$tgm" config "$work/machine/TGM.INI"
+expect "every problem is said, with file and line" 2 "TGM.INI:2: Cycle_Time=300 in [System]: TGMcontroller takes 100, 200, 250" \
+    "TGM.INI:3: warning: Cycle_Tme in [System] is unknown (did you mean Cycle_Time?)" "TGM.INI:5: PG and PG_Gear" "2 problems"
+run "$tgm" check "$module" --config "$work/machine/TGM.INI"
+expect "and nothing is judged under it" 2 "cannot be used"
+run "$tgm" config "$work/machine/none.ini"
+expect "no such configuration" 2 "none.ini: No such file"
+run "$tgm" config --keys --profile tgmcontroller
+expect "the keys of a product" 0 "Autostart_PLC" "Servo[n].FeedbackType"
+run "$tgm" config --keys
+lacks "and of no other" "Autostart_PLC"
+run "$tgm" config
+expect "config without a file" 2 "which file?"
+for product in pc500 pc5 tgmmini tgmcontroller tgzmotion; do
+    run "$tgm" run --profile $product "$module" --for 10ms --cycle 123
+    expect "$product has its own Cycle_Times" 2 "--cycle must be"
+done
 
 # --- faults on the bus ----------------------------------------------------------------------------
 printf 'at start dc 1 jitter 100ns\nat 20ms unplug after 1 for 10ms\n' >"$work/day.faults"
