@@ -123,6 +123,12 @@ static double doing(const struct rig *rig)
     return of(rig, "Run_Flag") - 65536 * phase(rig);
 }
 
+static void map(const struct rig *rig, unsigned servo, unsigned interpolator, unsigned axis)
+{
+    SET(rig, servo, { "Cnc.IntNumber", interpolator }, { "Cnc.AxisIndex", axis },
+        { "Mode", INTERPOLATOR });
+}
+
 /* --- registers --- */
 
 static void registers_after_the_run_sequence(void **state)
@@ -209,7 +215,7 @@ static void a_path_runs_as_it_is_calculated(void **state)
                         (run.position[0] - last) / (cycles[c].slot_us * 1e-6));
             assert_true(of(rig, "Act_Speed") == run.speed * 60);
             assert_true(of(rig, "Move_Distance") == run.passed + run.way);
-            assert_true(phase(rig) == run.phase);
+            assert_true(phase(rig) == (int)run.phase);
             if (run.state != INTERP_RUNNING)
                 continue;
             assert_true(of(rig, "Status") == 1 && doing(rig) == 1);
@@ -228,6 +234,37 @@ static void a_path_runs_as_it_is_calculated(void **state)
         assert_false(host_interpolator_start(rig->host, 0));
         rig_close(rig);
     }
+}
+
+/* Without slots of their own they are calculated once a Cycle_Time. */
+static void on_a_controller_a_step_is_a_cycle(void **state)
+{
+    const struct host_config config = { .product = product_find("tgmcontroller"),
+                                        .cycle_us = 500,
+                                        .plant = &nothing,
+                                        .servos = virtuals,
+                                        .servo_count = SERVOS };
+    struct rig *rig = rig_open("idle", &config);
+    struct interp_path path = path_of(track);
+    struct interp_run run;
+    const struct interp_inputs inputs = { .step = 500e-6, .override = 1, .acceleration = INFINITY };
+
+    (void)state;
+    rig_start(rig);
+    map(rig, 0, 0, 0);
+    rig_cycles(rig, 2);
+    assert_true(rig_get(rig, "MAIN.Interpolator_SetCycleTime") == 500);
+    load_and_start(rig, track);
+    interp_run_init(&run, &path, no_signal, NULL);
+    interp_run_load(&run);
+    interp_run_start(&run);
+    while (run.state != INTERP_ENDED) {
+        rig_cycles(rig, 1);
+        interp_run_step(&run, &inputs);
+        assert_true(of(rig, "Position[0]") == run.position[0]);
+        assert_true(get(rig, 0, "WritePosition") == run.position[0]); /* leaves in this cycle */
+    }
+    rig_close(rig);
 }
 
 static void only_the_cnc_side_starts_it(void **state)
@@ -655,12 +692,6 @@ static void a_wait_reads_the_external_position(void **state)
 
 /* --- the way to a servo --- */
 
-static void map(const struct rig *rig, unsigned servo, unsigned interpolator, unsigned axis)
-{
-    SET(rig, servo, { "Cnc.IntNumber", interpolator }, { "Cnc.AxisIndex", axis },
-        { "Mode", INTERPOLATOR });
-}
-
 /* Set-points are taken in slot 1: what was calculated in slot 0 of the same cycle. */
 static void a_servo_follows_the_axis_it_is_mapped_to(void **state)
 {
@@ -876,6 +907,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(registers_after_the_run_sequence),
         cmocka_unit_test(a_path_runs_as_it_is_calculated),
+        cmocka_unit_test(on_a_controller_a_step_is_a_cycle),
         cmocka_unit_test(only_the_cnc_side_starts_it),
         cmocka_unit_test(a_buffer_that_runs_dry_says_so),
         cmocka_unit_test(motion_waits_until_the_plc_has_zeroed_m_func),
