@@ -123,6 +123,12 @@ static double doing(const struct rig *rig)
     return of(rig, "Run_Flag") - 65536 * phase(rig);
 }
 
+static void map(const struct rig *rig, unsigned servo, unsigned interpolator, unsigned axis)
+{
+    SET(rig, servo, { "Cnc.IntNumber", interpolator }, { "Cnc.AxisIndex", axis },
+        { "Mode", INTERPOLATOR });
+}
+
 /* --- registers --- */
 
 static void registers_after_the_run_sequence(void **state)
@@ -228,6 +234,37 @@ static void a_path_runs_as_it_is_calculated(void **state)
         assert_false(host_interpolator_start(rig->host, 0));
         rig_close(rig);
     }
+}
+
+/* Without slots of their own they are calculated once a Cycle_Time. */
+static void on_a_controller_a_step_is_a_cycle(void **state)
+{
+    const struct host_config config = { .product = product_find("tgmcontroller"),
+                                        .cycle_us = 500,
+                                        .plant = &nothing,
+                                        .servos = virtuals,
+                                        .servo_count = SERVOS };
+    struct rig *rig = rig_open("idle", &config);
+    struct interp_path path = path_of(track);
+    struct interp_run run;
+    const struct interp_inputs inputs = { .step = 500e-6, .override = 1, .acceleration = INFINITY };
+
+    (void)state;
+    rig_start(rig);
+    map(rig, 0, 0, 0);
+    rig_cycles(rig, 2);
+    assert_true(rig_get(rig, "MAIN.Interpolator_SetCycleTime") == 500);
+    load_and_start(rig, track);
+    interp_run_init(&run, &path, no_signal, NULL);
+    interp_run_load(&run);
+    interp_run_start(&run);
+    while (run.state != INTERP_ENDED) {
+        rig_cycles(rig, 1);
+        interp_run_step(&run, &inputs);
+        assert_true(of(rig, "Position[0]") == run.position[0]);
+        assert_true(get(rig, 0, "WritePosition") == run.position[0]); /* leaves in this cycle */
+    }
+    rig_close(rig);
 }
 
 static void only_the_cnc_side_starts_it(void **state)
@@ -368,7 +405,9 @@ static void commands_set_ratio_and_position(void **state)
         /* Off the trajectory: nothing is left of it. */
         load(rig, "line X 10 F 600");
         assert_true(ORDER(rig, 2048, 0, 0, 0) == 0 && of(rig, "Status") == 4);
+        assert_true(of(rig, "LookAheadBuffer[0].buf.movementType") == 1);
         assert_true(ORDER(rig, 2049, 7, 0, 0) == 0 && of(rig, "Status") == 0);
+        assert_true(of(rig, "LookAheadBuffer[0].buf.movementType") == 0);
         assert_true(of(rig, "Position[0]") == 7);
         assert_false(host_interpolator_start(rig->host, 0));
         if (p == 1) {
@@ -504,6 +543,18 @@ static void the_spline_delays_positions_and_m_functions(void **state)
         assert_true(of(rig, "Position[0]") == 1);
         put(rig, "M_Func", 0);
         rig_cycles(rig, 1);
+
+        /* What stops nothing is signalled as late. */
+        load_and_start(rig, "line X 2 F 600\nm 1005\nline X 3");
+        arrived = 0;
+        for (cycle = 0; of(rig, "Last_ContMFunc") == 0; cycle++) {
+            rig_cycles(rig, 1);
+            if (of(rig, "Orig_Position[0]") >= 2 && arrived == 0)
+                arrived = cycle;
+        }
+        assert_int_equal(cycle - 1 - arrived, 40);
+        until(rig, "Status", 3, 10000);
+        rig_cycles(rig, 40);
 
         /* The jerk limit makes ramps that the average smooths down to it: 1e4 mm/s3 * 20 ms. */
         assert_true(ORDER(rig, -2, 200, 10000) == 0);
@@ -655,12 +706,6 @@ static void a_wait_reads_the_external_position(void **state)
 
 /* --- the way to a servo --- */
 
-static void map(const struct rig *rig, unsigned servo, unsigned interpolator, unsigned axis)
-{
-    SET(rig, servo, { "Cnc.IntNumber", interpolator }, { "Cnc.AxisIndex", axis },
-        { "Mode", INTERPOLATOR });
-}
-
 /* Set-points are taken in slot 1: what was calculated in slot 0 of the same cycle. */
 static void a_servo_follows_the_axis_it_is_mapped_to(void **state)
 {
@@ -679,11 +724,13 @@ static void a_servo_follows_the_axis_it_is_mapped_to(void **state)
         SET(rig, 2, { "WritePosition", 77 });
         SET(rig, 3, { "WritePosition", 78 });
         put(rig, "Offset[1]", 1000);
+        rig_cycles(rig, 3); /* enabled */
         load_and_start(rig, "line X 10 Y 20 F 6000");
         for (unsigned cycle = 0; cycle < 2000; cycle++) {
-            const double last = of(rig, "Position[0]");
+            const double last = of(rig, "Position[0]"), sent = x;
 
             rig_cycles(rig, 1);
+            assert_true(get(rig, 0, "Position") == sent); /* it left in the last cycle */
             x = get(rig, 0, "WritePosition");
             assert_true(x >= last * 2000 && x <= of(rig, "PositionInc[0]"));
             assert_near(get(rig, 1, "WritePosition"), x / 100 + 1000);
@@ -691,6 +738,9 @@ static void a_servo_follows_the_axis_it_is_mapped_to(void **state)
         assert_true(x == 20000 && get(rig, 0, "Position") == 20000);
         assert_true(get(rig, 1, "Position") == 1200);
         assert_true(get(rig, 2, "WritePosition") == 77 && get(rig, 3, "WritePosition") == 78);
+        put(rig, "Number_Axes", 4e9); /* whatever it says, there are ten */
+        rig_cycles(rig, 3);
+        assert_true(get(rig, 3, "WritePosition") == 78);
         put(rig, "Number_Axes", 1); /* Y is no axis any more */
         put(rig, "Offset[1]", 0);
         rig_cycles(rig, 3);
@@ -876,6 +926,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(registers_after_the_run_sequence),
         cmocka_unit_test(a_path_runs_as_it_is_calculated),
+        cmocka_unit_test(on_a_controller_a_step_is_a_cycle),
         cmocka_unit_test(only_the_cnc_side_starts_it),
         cmocka_unit_test(a_buffer_that_runs_dry_says_so),
         cmocka_unit_test(motion_waits_until_the_plc_has_zeroed_m_func),

@@ -43,7 +43,7 @@ void interp_spline_step(struct interp_spline *spline, double position[INTERP_AXE
         position[axis] = spline->reference[axis] + spline->sum[axis] / spline->points;
     }
     spline->stood = stands ? spline->stood + (spline->stood < spline->points) : 0;
-    if (spline->stood == spline->points) /* all points are the same */
+    if (spline->stood + 1 >= spline->points) /* all points are the same */
         for (unsigned axis = 0; axis < INTERP_AXES; axis++)
             position[axis] = spline->ring[axis][spline->next];
     spline->next = spline->next + 1 < spline->points ? spline->next + 1 : 0;
