@@ -81,6 +81,12 @@ HOST_SRC := realtime.c shm.c product.c schedule.c extent.c servo_wire.c \
     catalogue.c text16.c evidence.c plant.c host_select.c osc.c experiment.c \
     profile_shape.c \
     profile_motion.c \
+    scenario_read.c \
+    scenario_words.c \
+    scenario_expression.c \
+    scenario_value.c \
+    scenario_play.c \
+    scenario_tell.c \
     gear_motion.c \
     channel.c \
     drive_error.c \
@@ -100,6 +106,7 @@ LAYOUT_SRC := measure.c \
     motion.c \
     scope.c \
     command.c \
+    scene.c \
     capture.c \
     console.c \
     channels.c \
@@ -121,10 +128,13 @@ CLI_SRC := main.c options.c output.c check.c run.c inspect.c inspect_text.c insp
     configuration.c \
     capture.c bus.c plot.c scope.c \
     record.c \
+    scenario.c \
     device.c \
     eeprom.c \
     path.c
-CONFORMANCE_SRC := profile.c rules.c findings.c incidents.c rules_file.c rules_start.c rules_cycle.c check.c
+CONFORMANCE_SRC := profile.c rules.c findings.c incidents.c rules_file.c rules_start.c rules_cycle.c \
+    rules_machine.c \
+    check.c
 SOEM_SRC := ethercatbase.c ethercatcoe.c ethercatconfig.c ethercatdc.c ethercatmain.c ethercatprint.c ethercatsoe.c
 
 ROOM_OBJ := $(addprefix $(BUILD)/obj/harness/image/,$(IMAGE_SRC:.c=.o)) \
@@ -142,9 +152,10 @@ CLI_OBJ  := $(addprefix $(BUILD)/obj/harness/cli/,$(CLI_SRC:.c=.o))
 .PHONY: all
 all: $(BUILD)/tgm ## build everything into build/ (the program is build/tgm)
 
+SCENARIOS ?= $(if $(filter $(BUILD)/template/shuttle.tgm,$(MODULE)),templates/project/acceptance.scenario)
 .PHONY: check
 check: $(BUILD)/tgm $(if $(filter $(BUILD)/template/shuttle.tgm,$(MODULE)),template-linked) ## judge MODULE=path/to.tgm, by default the C template's module
-	$(Q)$(BUILD)/tgm check $(CHECK_FLAGS) $(MODULE)
+	$(Q)$(BUILD)/tgm check $(addprefix --scenario ,$(SCENARIOS)) $(CHECK_FLAGS) $(MODULE)
 
 # The template's module as linked: the verdict covers what the SDK's own check would refuse, too.
 .PHONY: template-linked
@@ -182,6 +193,7 @@ FUZZERS := fuzz_image fuzz_text \
     fuzz_segment \
     fuzz_faults \
     fuzz_code \
+    fuzz_scenario \
     fuzz_device \
     fuzz_config \
     fuzz_text16 \
@@ -338,6 +350,13 @@ $(BUILD)/fuzz/fuzz_device: tests/fuzz_device.c $(addprefix harness/bus/,$(DEVICE
 	@mkdir -p $(@D)
 	@echo "  FUZZ   $@"
 	$(Q)$(FUZZ_CC) $(XML) -o $@ $(filter %.c,$^) -lxml2
+
+# Scenarios without a host and without a bus: the fuzzer has the two functions that they want.
+SCENARIO_SRC := $(addprefix harness/host/,$(filter scenario_%,$(HOST_SRC)) catalogue.c) harness/bus/scan.c
+$(BUILD)/fuzz/fuzz_scenario: tests/fuzz_scenario.c $(SCENARIO_SRC) | $(BUILD)/.deps-test
+	@mkdir -p $(@D)
+	@echo "  FUZZ   $@"
+	$(Q)$(FUZZ_CC) -ffp-contract=off -o $@ $(filter %.c,$^) -lm
 
 -include tests/tests.mk
 -include $(filter-out $(BUILD)/obj/soem/%,$(ROOM_OBJ:.o=.d)) $(CLI_OBJ:.o=.d) $(LAYOUT_OBJ:.o=.d)

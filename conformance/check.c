@@ -19,6 +19,7 @@ struct check {
     struct experiment_result results[EXPERIMENT_COUNT];
     bool ran[EXPERIMENT_COUNT];
     bool inapplicable[EXPERIMENT_COUNT];
+    struct case_scenario *scenarios;
     char title[96];
     char cannot_run[FINDING_TEXT];
 };
@@ -79,6 +80,7 @@ static int choose_rules(struct check *check, const struct check_options *options
                         char why[CHECK_WHY])
 {
     size_t all = 0;
+    bool without_scenario = false;
     while (rule_at(all) != NULL)
         all++;
     check->rules = calloc(all, sizeof *check->rules);
@@ -89,10 +91,18 @@ static int choose_rules(struct check *check, const struct check_options *options
         return -ENOMEM;
     }
     for (size_t i = 0; i < all; i++)
-        if (options->rules == NULL || fnmatch(options->rules, rule_at(i)->id, 0) == 0)
-            check->chosen[check->report.rule_count++] = rule_at(i);
+        if (options->rules == NULL || fnmatch(options->rules, rule_at(i)->id, 0) == 0) {
+            without_scenario = rule_at(i)->experiments == ON_SCENARIOS &&
+                               options->scenario_count == 0;
+            if (!without_scenario)
+                check->chosen[check->report.rule_count++] = rule_at(i);
+        }
     if (check->report.rule_count == 0) {
-        snprintf(why, CHECK_WHY, "no rule matches '%s'; `tgm rules` lists them", options->rules);
+        if (without_scenario)
+            snprintf(why, CHECK_WHY, "the rule that matches '%s' needs --scenario FILE",
+                     options->rules);
+        else
+            snprintf(why, CHECK_WHY, "no rule matches '%s'; `tgm rules` lists them", options->rules);
         return -EINVAL;
     }
     return 0;
@@ -147,6 +157,65 @@ static int run_experiments(struct check *check, const struct check_options *opti
     return 0;
 }
 
+/* A run that could not begin because of the scenario is a wrong call. */
+static int run_scenario(struct check *check, const struct check_options *options, size_t index,
+                        char why[CHECK_WHY])
+{
+    struct case_scenario *played = &check->scenarios[index];
+    const struct product *product = product_find(options->profile->product);
+    char name[40];
+    snprintf(name, sizeof name, "scenario-%zu", index + 1);
+    played->scenario = options->scenarios[index].scenario;
+    played->name = options->scenarios[index].path;
+    struct host_config around = { .plant = &plant_default, .cycle_us = product->default_cycle_us };
+    if (options->around != NULL)
+        around = *options->around;
+    around.product = product;
+    around.seed = options->seed;
+    around.scenario = played->scenario;
+    if (options->capture != NULL)
+        around.capture = options->capture(options->capture_argument, name);
+    played->experiment =
+        (struct experiment){ .name = "scenario",
+                             .host = around,
+                             .cycles = scenario_cycles(played->scenario, around.cycle_us),
+                             .until_played = true };
+    int r = experiment_run(&played->experiment, check->image, NULL, NULL, NULL, &played->result);
+    if (r != 0) {
+        snprintf(why, CHECK_WHY, "%s: no worker process: %s", played->name, strerror(-r));
+        return r;
+    }
+    played->ran = true;
+    if (played->result.evidence.play == PLAY_NONE && played->result.evidence.trouble[0] != '\0') {
+        snprintf(why, CHECK_WHY, "%s", played->result.evidence.trouble);
+        return -EINVAL;
+    }
+    return 0;
+}
+
+static int run_scenarios(struct check *check, const struct check_options *options,
+                         char why[CHECK_WHY])
+{
+    const double begin = seconds();
+    uint64_t checks = 0;
+    check->scenarios = calloc(options->scenario_count, sizeof *check->scenarios);
+    if (check->scenarios == NULL) {
+        snprintf(why, CHECK_WHY, "no memory");
+        return -ENOMEM;
+    }
+    for (size_t i = 0; i < options->scenario_count && check->cannot_run[0] == '\0'; i++) {
+        int r = run_scenario(check, options, i, why);
+        if (r != 0)
+            return r;
+        checks += check->scenarios[i].result.evidence.checked;
+    }
+    struct group_report *group = &check->groups[GROUP_MACHINE];
+    group->seconds = seconds() - begin;
+    snprintf(group->note, sizeof group->note, "%zu scenario%s, %" PRIu64 " checks",
+             options->scenario_count, options->scenario_count == 1 ? "" : "s", checks);
+    return 0;
+}
+
 /* A file name as a shell takes it. */
 static void shell_word(const char *text, char *out, size_t size)
 {
@@ -165,6 +234,23 @@ static void shell_word(const char *text, char *out, size_t size)
             out[at++] = *text;
     out[at++] = '\'';
     out[at] = '\0';
+}
+
+/* All of them, or no line: half of it would be another call. */
+static void add_scenarios(const struct check_options *options, struct finding *finding, size_t at)
+{
+    char path[FINDING_TEXT];
+    for (size_t i = 0; i < options->scenario_count; i++) {
+        const char *given = options->scenarios[i].path;
+        shell_word(given, path, sizeof path);
+        if (strlen(given) * 4 + 8 > sizeof path ||
+            at + strlen(path) + 12 >= sizeof finding->again) {
+            finding->again[0] = '\0';
+            return;
+        }
+        at += (size_t)snprintf(finding->again + at, sizeof finding->again - at, " --scenario %s",
+                               path);
+    }
 }
 
 static void add_reproduction(const struct check_options *options, const struct rule *rule,
@@ -190,6 +276,10 @@ static void add_reproduction(const struct check_options *options, const struct r
         }
         shell_word(options->around_path, path, sizeof path);
         at += snprintf(finding->again + at, (size_t)(FINDING_TEXT - at), " --config %s", path);
+    }
+    if (rule->experiments == ON_SCENARIOS) {
+        add_scenarios(options, finding, (size_t)at);
+        return;
     }
     if (finding->has_cycle && at < FINDING_TEXT)
         snprintf(finding->again + at, (size_t)(FINDING_TEXT - at), " --cycles %" PRIu64,
@@ -235,6 +325,8 @@ static void judge(struct check *check, const struct check_options *options)
         .results = check->results,
         .ran = check->ran,
         .inapplicable = check->inapplicable,
+        .scenarios = check->scenarios,
+        .scenario_count = options->scenario_count,
         .cannot_run = check->cannot_run,
     };
     for (size_t i = 0; i < report->rule_count; i++) {
@@ -315,6 +407,8 @@ int check_run(struct check **out, const struct check_options *options, char why[
         wanted |= check->chosen[i]->experiments;
     check->groups[GROUP_FILE].seconds = seconds() - begin;
     r = run_experiments(check, options, wanted, why);
+    if (r == 0 && (wanted & ON_SCENARIOS) != 0)
+        r = run_scenarios(check, options, why);
     if (r != 0)
         goto out;
     note_cycles(check, options);
@@ -344,5 +438,6 @@ void check_free(struct check *check)
     free(check->rules);
     free(check->chosen);
     free(check->findings);
+    free(check->scenarios);
     free(check);
 }

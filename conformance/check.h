@@ -14,6 +14,12 @@
  * written to any more. */
 typedef struct pcap *check_capture(void *argument, const char *experiment);
 
+/* A scenario and the name of its file. */
+struct check_scenario {
+    const struct scenario *scenario;
+    const char *path;
+};
+
 struct check_options {
     const char *path;
     const char *shown; /* name in reports and file name of places; NULL: path */
@@ -26,7 +32,9 @@ struct check_options {
      * of all. NULL: none. */
     const struct host_config *around;
     const char *around_path; /* the file that it is from */
-    check_capture *capture;  /* may be NULL */
+    const struct check_scenario *scenarios; /* must outlive the check */
+    size_t scenario_count;
+    check_capture *capture; /* may be NULL */
     void *capture_argument;
 };
 

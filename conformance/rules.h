@@ -37,10 +37,20 @@ enum {
                         EXPERIMENT_SET(NO_SWPRINTF) | EXPERIMENT_SET(NO_SLEEP),
     ON_WRONG_ID = EXPERIMENT_SET(OLDER_ID) | EXPERIMENT_SET(NEWER_ID),
     ON_CYCLES = EXPERIMENT_SET(CYCLE_250) | EXPERIMENT_SET(CYCLE_500) | EXPERIMENT_SET(CYCLE_1000),
-    ON_GOOD_RUNS = ON_START | ON_CYCLES
+    ON_GOOD_RUNS = ON_START | ON_CYCLES,
+    ON_SCENARIOS = 1 << 30 /* none of experiments.def: those that the user brings */
 };
 
-enum rule_group { GROUP_FILE, GROUP_START, GROUP_CYCLE, GROUP_COUNT };
+enum rule_group { GROUP_FILE, GROUP_START, GROUP_CYCLE, GROUP_MACHINE, GROUP_COUNT };
+
+/* A scenario and its experiment. */
+struct case_scenario {
+    const struct scenario *scenario;
+    const char *name; /* of its file, as given */
+    struct experiment experiment;
+    struct experiment_result result;
+    bool ran;
+};
 
 /* Everything a judgement may look at. */
 struct case_file {
@@ -51,6 +61,8 @@ struct case_file {
     const struct experiment_result *results; /* by enum experiment_id; valid where ran */
     const bool *ran;                         /* by enum experiment_id */
     const bool *inapplicable;                /* by enum experiment_id: not for this product */
+    const struct case_scenario *scenarios;
+    size_t scenario_count;
     const char *cannot_run;                  /* why no experiment could run; "" when they could */
 };
 

@@ -317,6 +317,76 @@ run "$tgm" run "$module" --faults "$work/bad.faults"
 expect "a script with binary in it" 2 "it is no text"
 run "$tgm" run "$module" --faults "$work/none.faults"
 expect "a script that is not there" 2 "none.faults': No such file"
+# --- scenarios ------------------------------------------------------------------------------------
+run "$tgm" run "$module" --scenario templates/project/acceptance.scenario
+expect "the template does what its scenario wants" 0 "the drive breaks at" "played to its end" ", 0 failed"
+cat >"$work/day.scenario" <<'EOF'
+wait until SERVO[0].Status == SERVO_READY_ENABLE within 500ms
+at 10ms input DIO[0] channel 0 = 1
+expect DIO[0].Out0.bit(0) within 5ms "the lamp"
+at 30ms expect SERVO[0].Status == 2 within 20ms
+every 1ms from 31ms to 40ms expect DIO[0].In0 == 7
+at 50ms fault unplug after 1 for 20ms
+at 60ms log "where it is" SERVO[0].Position
+at 150ms reload
+end at 700ms
+EOF
+names='SERVO[0].Position,DIO[0].Out0,SERVO[0].PositionError'
+run "$tgm" run "$module" --scenario "$work/day.scenario" --record "$names" --csv "$work/day1.csv" --pcap "$work/day1.pcap"
+expect "what failed is told with line, column, value and cycle" 1 \
+    "$work/day.scenario:4:16: SERVO[0].Status == 2 not within 20ms: it was 3 (cycle " \
+    "$work/day.scenario:5:36: DIO[0].In0 == 7 is not so: it was 1 (cycle " "), 10 times" \
+    "scenario     where it is " "played to its end, 13 checks, 11 failed"
+run "$tgm" run "$module" --scenario "$work/day.scenario" --record "$names" --csv "$work/day2.csv" --pcap "$work/day2.pcap"
+cmp -s "$work/day1.csv" "$work/day2.csv" && cmp -s "$work/day1.pcap" "$work/day2.pcap" &&
+    pass "the same scenario gives the same recording and capture, byte for byte" ||
+    fail "the same scenario gives the same recording and capture, byte for byte"
+tail -n 1 "$work/day1.csv" | grep -q '^0\.70' && pass "which goes on behind the reload" || fail "which goes on behind the reload"
+run "$tgm" run "$module" --scenario "$work/day.scenario" --in-process
+expect "--in-process plays it, too" 1 "played to its end, 13 checks, 11 failed"
+run "$tgm" run "$module" --scenario "$work/day.scenario" --for 20ms
+expect "a scenario that was cut off is not passed" 3 "not played to its end" "cycle 40 of 40"
+run "$tgm" run "$module" --scenario templates/project/acceptance.scenario --for 5s
+expect "--for may be longer" 0 "cycle 10000 of 10000"
+run "$tgm" run "$fixtures/ini-returns-one/bad.tgm" --scenario "$work/day.scenario"
+expect "a module that refuses to start plays nothing" 1 "Program_Ini returned 2" "not played to its end"
+printf 'at 1ms expect SERVO[0].Stauts == 3\n' >"$work/bad.scenario"
+run "$tgm" run "$module" --scenario "$work/bad.scenario"
+expect "a scenario that cannot be read is a wrong call" 2 "bad.scenario:1:15: SERVO has no register 'Stauts'; it has"
+printf '\nat 1ms fault unplug after 9\n' >"$work/bad.scenario"
+run "$tgm" run "$module" --scenario "$work/bad.scenario"
+expect "a fault that cannot be, too" 2 "bad.scenario:2:27: there is no slave 9"
+run "$tgm" check "$module" --cycles 20 --scenario "$work/bad.scenario"
+expect "also for check" 2 "bad.scenario:2:27: there is no slave 9"
+run "$tgm" run "$module" --scenario "$work/none.scenario"
+expect "a scenario that is not there" 2 "none.scenario': No such file"
+
+run "$tgm" check "$module" --cycles 20 --scenario templates/project/acceptance.scenario
+expect "check judges a scenario" 0 "machine  1 passed" "1 scenario, "
+run "$tgm" check "$module" --rule scenario --scenario templates/project/acceptance.scenario --scenario "$work/day.scenario"
+expect "check judges two and tells what failed" 1 "FAIL  scenario" "2 scenarios, " \
+    "$work/day.scenario:4:16: SERVO[0].Status == 2 not within 20ms: it was 3 in cycle " "seen 10 times" "again: tgm check"
+again=$(sed -n 's/.*again: tgm //p' "$out")
+# shellcheck disable=SC2086
+run "$tgm" $again
+expect "the reproduction line plays both" 1 "$work/day.scenario:4:16:" "2 scenarios, "
+printf 'at 1ms log "nothing"\n' >"$work/idle.scenario"
+run "$tgm" check "$module" --rule scenario --scenario "$work/idle.scenario"
+expect "a scenario that expects nothing proves nothing" 3 "not judged: scenario" "it expects nothing of the module"
+printf 'at 1ms expect 1\nend at 50ms\n' >"$work/idle.scenario"
+run "$tgm" check "$fixtures/no-fault/bad.tgm" --rule scenario --scenario "$work/idle.scenario"
+expect "a fault while a scenario is played fails it" 1 "idle.scenario: Program_04 divided by zero"
+run "$tgm" check "$fixtures/no-system-call/bad-exit.tgm" --rule scenario --scenario "$work/idle.scenario"
+expect "so does a module that calls the operating system" 1 "idle.scenario: Program_"
+run "$tgm" check "$work/letter" --rule scenario --scenario "$work/idle.scenario"
+expect "what cannot be run is not judged" 3 "not a module that this profile loads"
+run "$tgm" check "$module" --rule scenario
+expect "the rule needs a scenario" 2 "needs --scenario FILE"
+run "$tgm" check "$module" --cycles 20
+lacks "without a scenario there is no such rule" "machine  "
+run "$tgm" explain scenario
+expect "explain scenario" 0 "tgm run MODULE --scenario FILE"
+
 # --- captures and the bus on an interface ----------------------------------------------------------
 run "$tgm" run "$module" --for 200ms --pcap "$work/a.pcap"
 expect "run --pcap" 0 "cycle 400 of 400"

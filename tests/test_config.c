@@ -64,7 +64,7 @@ static void an_empty_file_has_the_defaults(void **state)
         assert_int_equal(host.clock, CLOCK_DEFAULT);
         assert_null(host.servos);
         assert_memory_equal(host.modes, &servo_modes_default, sizeof servo_modes_default);
-        assert_int_equal(host.interpolator_buffer[2], product->max_interpolator > 2 ? 2000 : 0);
+        assert_int_equal(host.interpolator_items[2], product->max_interpolator > 2 ? 2000 : 0);
         assert_int_equal(config.ip, 0xC0A801BC);
     }
 }
@@ -120,8 +120,8 @@ static void a_file_says_what_the_host_is(void **state)
     assert_int_equal(host.data_bytes, 65536);
     assert_int_equal(host.eeprom_bytes, 512);
     assert_int_equal(host.can_kbit, 1000);
-    assert_int_equal(host.interpolator_buffer[0], 2000);
-    assert_int_equal(host.interpolator_buffer[2], 500);
+    assert_int_equal(host.interpolator_items[0], 2000);
+    assert_int_equal(host.interpolator_items[2], 500);
     assert_int_equal(config.autostart, 1);
     assert_int_equal(config.modbus_offset, 16384);
 }

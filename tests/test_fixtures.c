@@ -19,16 +19,38 @@
 /* Enough for every fixture's deed (in cycle 20 at the latest), short enough to run them all. */
 #define CYCLES 60
 
-static struct check *checked(const char *path)
+static struct check *checked(const char *path, const struct check_scenario *scenario)
 {
     struct check *check;
     char why[CHECK_WHY];
     const struct check_options options = {
-        .path = path, .tool = "test", .profile = profile_find("pc4"), .seed = 1, .cycles = CYCLES
+        .path = path,
+        .tool = "test",
+        .profile = profile_find("pc4"),
+        .seed = 1,
+        .cycles = CYCLES,
+        .scenarios = scenario,
+        .scenario_count = scenario->scenario != NULL,
     };
     if (check_run(&check, &options, why) != 0)
         fail_msg("%s: %s", path, why);
     return check;
+}
+
+/* The folder's machine.scenario; a rule without one is judged without. */
+static struct check_scenario scenario_of(const char *id, char path[512])
+{
+    struct scenario *scenario = NULL;
+    char why[SCENARIO_WHY], text[4096];
+    snprintf(path, 512, "conformance/fixtures/%s/machine.scenario", id);
+    FILE *file = fopen(path, "r");
+    if (file != NULL) {
+        const size_t size = fread(text, 1, sizeof text, file);
+        fclose(file);
+        if (scenario_read(&scenario, text, size, path, catalogue_find(4, 0), why) != 0)
+            fail_msg("%s", why);
+    }
+    return (struct check_scenario){ scenario, path };
 }
 
 static void print_findings(const struct report *report)
@@ -43,9 +65,9 @@ static void print_findings(const struct report *report)
     }
 }
 
-static void judge_bad(const char *path, const char *id)
+static void judge_bad(const char *path, const char *id, const struct check_scenario *scenario)
 {
-    struct check *check = checked(path);
+    struct check *check = checked(path, scenario);
     const struct report *report = check_report(check);
     bool right = report->verdict == VERDICT_FAIL;
     for (size_t i = 0; i < report->rule_count; i++)
@@ -58,9 +80,9 @@ static void judge_bad(const char *path, const char *id)
     check_free(check);
 }
 
-static void judge_good(const char *path)
+static void judge_good(const char *path, const struct check_scenario *scenario)
 {
-    struct check *check = checked(path);
+    struct check *check = checked(path, scenario);
     const struct report *report = check_report(check);
     if (report->verdict != VERDICT_PASS || report->failed + report->not_judged != 0) {
         print_findings(report);
@@ -72,7 +94,8 @@ static void judge_good(const char *path)
 static void a_bad_fixture_trips_exactly_its_rule_and_the_good_one_none(void **state)
 {
     const struct rule *rule = *state;
-    char folder[512], path[1024];
+    char folder[512], path[1024], file[512];
+    const struct check_scenario scenario = scenario_of(rule->id, file);
     unsigned bad = 0, good = 0;
     snprintf(folder, sizeof folder, "%s/%s", FIXTURE_DIR, rule->id);
     DIR *dir = opendir(folder);
@@ -84,14 +107,15 @@ static void a_bad_fixture_trips_exactly_its_rule_and_the_good_one_none(void **st
             continue;
         snprintf(path, sizeof path, "%s/%s", folder, entry->d_name);
         if (strncmp(entry->d_name, "bad", 3) == 0) {
-            judge_bad(path, rule->id);
+            judge_bad(path, rule->id, &scenario);
             bad++;
         } else {
-            judge_good(path);
+            judge_good(path, &scenario);
             good++;
         }
     }
     closedir(dir);
+    scenario_close((struct scenario *)(uintptr_t)scenario.scenario);
     assert_true(bad >= 1);
     assert_int_equal(good, 1);
 }

@@ -20,6 +20,7 @@ $(FIXTURE_DIR)/%.tgm: conformance/fixtures/%.c conformance/fixtures/base.h sdk/i
 
 # Each test program: its own source and what of the rooms it needs (all of them: they are small).
 UNIT_TESTS := test_osc test_text16 test_catalogue test_fixtures \
+    test_scenario \
     test_profile \
     test_curves \
     test_schedule \
@@ -104,6 +105,7 @@ $(BUILD)/test/test_machine_stack: | template-linked
 HOST_MODULE_DIR := $(BUILD)/host_modules
 HOST_MODULES := $(foreach layout,4 905 906 906_text8,$(patsubst tests/host_modules/%.c,$(HOST_MODULE_DIR)/%_$(layout).tgm,$(wildcard tests/host_modules/*.c)))
 HOST_TESTS := test_scope test_host \
+    test_scenario_host \
     test_plc \
     test_preempt \
     test_motion \

@@ -224,7 +224,14 @@ def struct_text(struct, structs):
     return out
 
 
-def catalogue_text(generation, structs, memories):
+def whole_number(text):
+    try:
+        return int(text, 0)
+    except ValueError:
+        return None
+
+
+def catalogue_text(generation, structs, memories, constants):
     """Rows for harness/host/catalogue.c: macros, so that the table's shape stays that file's business."""
     out = ["/* SPDX-License-Identifier: GPL-2.0-or-later */", "/* " + NOTICE + " */", "",
            "/* CATALOGUE_MEMORY(number, name, root, struct, count, size, pointer offset in PLC_DATA or -1) */"]
@@ -246,6 +253,9 @@ def catalogue_text(generation, structs, memories):
             out.append('CATALOGUE_MEMBER("%s", "%s", %s, "%s", %d, %d, %d, "%s", %s, "%s", "%s")'
                        % (struct.name, row["member"], scalar, "" if kind in SCALARS else kind, row["count"],
                           row["offset"], row["size"], row["access"], by, row["unit"], row["note"]))
+    out += ["", "/* CATALOGUE_CONSTANT(name, value): those that are whole numbers */"]
+    out += ['CATALOGUE_CONSTANT("%s", %d)' % (c["name"], whole_number(c["value"])) for c in constants
+            if whole_number(c["value"]) is not None]
     return "\n".join(out + [""])
 
 
@@ -313,7 +323,7 @@ def outputs():
         yield "tests/layouts/asserts_%s.c" % g["name"], asserts_text(generation, structs)
         reference = doc_text(generation, structs, memories, constants)
         yield "docs/registers-%s.md" % g["name"].replace("_", "-"), reference
-        yield "harness/host/catalogue_%s.inc" % g["name"], catalogue_text(generation, structs, memories)
+        yield "harness/host/catalogue_%s.inc" % g["name"], catalogue_text(generation, structs, memories, constants)
 
 
 def main():

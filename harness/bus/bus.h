@@ -221,6 +221,11 @@ int bus_sdo_write(struct bus *bus, size_t slave, uint16_t index, uint8_t subinde
 /* The outside world sets input `channel` of a slave from now on, instead of its stimuli: digital
  * inputs 0 or 1, analog inputs their raw value. -EINVAL: no such slave or channel. */
 int bus_set_input(struct bus *bus, size_t slave, unsigned channel, int64_t value);
+/* Whether the slave has that input. */
+bool bus_has_input(const struct bus *bus, size_t slave, unsigned channel);
+/* The channel of the input whose value begins in bit `bit` of a terminal's input process data; -1:
+ * there is none. */
+int bus_input_at(const struct bus *bus, size_t slave, unsigned bit);
 
 /* Time 0 of the fault script, and frame number 0, are now. Nothing of it happens before, except what
  * it has for the start of the bus. */
@@ -228,6 +233,8 @@ void bus_faults_begin(struct bus *bus, uint64_t now_ns);
 /* One fault now: "unplug after 2", "mailbox 1 silent for 20ms". 0, -EINVAL or -ENOSPC with a reason.
  */
 int bus_fault(struct bus *bus, const char *text, uint64_t now_ns, char why[BUS_WHY]);
+/* Whether it would be one. 0, or -EINVAL with "PLACE:column: what; expected ..." in `why`. */
+int bus_fault_check(const struct bus *bus, const char *text, const char *place, char why[BUS_WHY]);
 /* What was applied so far, numbered from 0. False: not yet. Only the latest are remembered: the text
  * of an older one is empty. */
 bool bus_fault_log(const struct bus *bus, uint64_t number, struct bus_fault_event *event);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /* What happens while the bus runs: process data and the way to OP. Nothing here allocates. */
 #include "bus/client.h"
+#include "bus/terminal.h"
 
 #include <errno.h>
 #include <string.h>
@@ -72,6 +73,26 @@ int bus_set_input(struct bus *bus, size_t slave, unsigned channel, int64_t value
     return s->type->set_input(s->device, channel, value);
 }
 
+bool bus_has_input(const struct bus *bus, size_t slave, unsigned channel)
+{
+    const struct slave *s = &bus->rack.slaves[slave];
+    int64_t value;
+
+    if (slave >= bus->slave_count || !s->type->set_input)
+        return false;
+    if (s->type->get_input)
+        return s->type->get_input(s->device, channel, &value) == 0;
+    return channel < s->type->input_count;
+}
+
+int bus_input_at(const struct bus *bus, size_t slave, unsigned bit)
+{
+    const struct slave *s = &bus->rack.slaves[slave];
+
+    return slave < bus->slave_count && terminal_is(s->type) ? terminal_input_at(s->device, bit)
+                                                            : -1;
+}
+
 void bus_faults_begin(struct bus *bus, uint64_t now_ns)
 {
     faults_begin(bus->faults, now_ns);
@@ -82,6 +103,11 @@ int bus_fault(struct bus *bus, const char *text, uint64_t now_ns, char why[BUS_W
     bus_clock_reach(&bus->clock, now_ns);
     bus->wire.faults = bus->faults;
     return faults_command(bus->faults, text, bus->clock.now_ns, why);
+}
+
+int bus_fault_check(const struct bus *bus, const char *text, const char *place, char why[BUS_WHY])
+{
+    return fault_check(text, &bus->rack.segment, place, why);
 }
 
 bool bus_fault_log(const struct bus *bus, uint64_t number, struct bus_fault_event *event)

@@ -301,15 +301,31 @@ static bool read_statement(struct fault_line *line, struct fault_statement *st)
            check_when(line, n, &st->when, &st->action);
 }
 
-int fault_parse(struct fault_action *action, const char *text, const struct segment *segment,
-                char why[FAULTS_WHY])
+static int parse(struct fault_action *action, const char *text, const struct segment *segment,
+                 const char *place, char why[FAULTS_WHY])
 {
     struct fault_line line;
 
     why[0] = '\0';
     if (fault_line_split(&line, segment, text, strlen(text)) && read_action(&line, 0, action))
         return 0;
-    return told(&line, "column ", why);
+    return told(&line, place, why);
+}
+
+int fault_parse(struct fault_action *action, const char *text, const struct segment *segment,
+                char why[FAULTS_WHY])
+{
+    return parse(action, text, segment, "column ", why);
+}
+
+int fault_check(const char *text, const struct segment *segment, const char *place,
+                char why[FAULTS_WHY])
+{
+    struct fault_action unused;
+    char before[FAULTS_WHY / 2];
+
+    snprintf(before, sizeof before, "%.120s:", place);
+    return parse(&unused, text, segment, before, why);
 }
 
 int fault_script_read(const char *text, size_t length, const char *name,

@@ -82,6 +82,9 @@ void faults_advance(struct faults *faults, uint64_t now_ns);
  */
 int fault_parse(struct fault_action *action, const char *text, const struct segment *segment,
                 char why[FAULTS_WHY]);
+/* The same, to hear only whether it would be one: "PLACE:column: what; expected ...". */
+int fault_check(const char *text, const struct segment *segment, const char *place,
+                char why[FAULTS_WHY]);
 /* Applies it now. 0, or -ENOSPC with a reason when FAULTS_COMMANDS of them still last. */
 int faults_apply(struct faults *faults, const struct fault_action *action, uint64_t now_ns,
                  char why[FAULTS_WHY]);

@@ -392,3 +392,26 @@ bool terminal_is(const struct device_type *type)
 {
     return type->init == terminal_init;
 }
+
+static int input_in_cell(const struct terminal_type *type, uint32_t cell)
+{
+    for (unsigned i = 0; i < type->input_count; i++) {
+        if (type->inputs[i].cell == cell)
+            return (int)i;
+    }
+    return -1;
+}
+
+int terminal_input_at(const void *device, unsigned bit)
+{
+    const struct terminal *terminal = device;
+    const struct terminal_type *type = terminal->type;
+    const struct terminal_move *moves =
+        (const void *)((const uint8_t *)device + type->direction[PDO_TX].moves);
+
+    for (unsigned i = 0; i < terminal->move_count[PDO_TX]; i++) {
+        if (moves[i].bit == bit)
+            return input_in_cell(type, moves[i].cell);
+    }
+    return -1;
+}

@@ -104,5 +104,7 @@ struct terminal {
 /* Fills in the callbacks of type->type and type->od. */
 void terminal_type_wire(struct terminal_type *type);
 bool terminal_is(const struct device_type *type);
+/* The input whose value begins in bit `bit` of the input image: its channel; -1: there is none. */
+int terminal_input_at(const void *device, unsigned bit);
 
 #endif

@@ -8,6 +8,7 @@
 #include "cli/capture.h"
 #include "cli/cli.h"
 #include "cli/configuration.h"
+#include "cli/scenario.h"
 #include "conformance/check.h"
 
 static int status_of(enum verdict verdict)
@@ -85,6 +86,29 @@ static int run(const struct command *command, const struct check_options *option
     return status;
 }
 
+static struct check_scenario scenarios[OPTION_TEXTS_MAX];
+
+static bool read_scenarios(const struct command *command, struct check_options *options,
+                           const struct option_texts *files)
+{
+    const struct product *product = product_find(options->profile->product);
+    options->scenarios = scenarios;
+    for (size_t i = 0; i < files->count; i++) {
+        scenarios[i].path = files->texts[i];
+        scenarios[i].scenario = scenario_from_file(command, files->texts[i], product);
+        if (scenarios[i].scenario == NULL)
+            return false;
+        options->scenario_count++;
+    }
+    return true;
+}
+
+static void close_scenarios(const struct check_options *options)
+{
+    for (size_t i = 0; i < options->scenario_count; i++)
+        scenario_close((struct scenario *)(uintptr_t)scenarios[i].scenario);
+}
+
 int command_check(const struct command *command, int argc, char **argv)
 {
     static struct captures captures;
@@ -93,6 +117,7 @@ int command_check(const struct command *command, int argc, char **argv)
     struct check_options options = { .seed = DEFAULT_SEED,
                                      .tool = "tgm " TGM_VERSION_TEXT,
                                      .capture_argument = &captures };
+    struct option_texts files = { .count = 0 };
     const char *profile = "pc4", *json = NULL, *module = NULL;
     bool no_colour = false;
     const struct option table[] = {
@@ -111,6 +136,8 @@ int command_check(const struct command *command, int argc, char **argv)
           &options.around_path, 0, 0 },
         { "--pcap", OPTION_TEXT, "DIR", "captures of the bus for Wireshark, one file an experiment",
           &captures.folder, 0, 0 },
+        { "--scenario", OPTION_TEXTS, "FILE",
+          "what you expect of the module (docs/scenarios.md); may be given again", &files, 0, 0 },
         { "--no-color", OPTION_FLAG, NULL, "no colours, not even on a terminal", &no_colour, 0, 0 },
         { 0 },
     };
@@ -136,7 +163,9 @@ int command_check(const struct command *command, int argc, char **argv)
             return status;
         options.around = &around;
     }
-    status = run(command, &options, json, no_colour);
+    status = read_scenarios(command, &options, &files) ? run(command, &options, json, no_colour)
+                                                       : EXIT_CALL;
+    close_scenarios(&options);
     configuration_close(&configuration);
     return status;
 }

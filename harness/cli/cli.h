@@ -20,8 +20,16 @@ enum { EXIT_OK = 0, EXIT_MODULE = 1, EXIT_CALL = 2, EXIT_INCOMPLETE = 3 };
 enum option_kind {
     OPTION_FLAG,     /* no value; target: bool */
     OPTION_TEXT,     /* target: const char * */
+    OPTION_TEXTS,    /* may be given again; target: struct option_texts */
     OPTION_NUMBER,   /* decimal or 0x..., range below; target: uint64_t */
     OPTION_DURATION, /* 2s, 500ms, 250us; target: uint64_t, nanoseconds */
+};
+
+#define OPTION_TEXTS_MAX 32
+
+struct option_texts {
+    const char *texts[OPTION_TEXTS_MAX];
+    size_t count;
 };
 
 struct option {

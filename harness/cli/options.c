@@ -122,6 +122,7 @@ static bool read_duration(const char *text, uint64_t *ns)
 
 static int store(const struct command *command, const struct option *option, const char *text)
 {
+    struct option_texts *texts;
     uint64_t number = 0;
     const char *rest = "";
     switch (option->kind) {
@@ -130,6 +131,13 @@ static int store(const struct command *command, const struct option *option, con
         return 0;
     case OPTION_TEXT:
         *(const char **)option->target = text;
+        return 0;
+    case OPTION_TEXTS:
+        texts = option->target;
+        if (texts->count == OPTION_TEXTS_MAX)
+            return complain(command, "%s is given more than %d times", option->name,
+                            OPTION_TEXTS_MAX);
+        texts->texts[texts->count++] = text;
         return 0;
     case OPTION_NUMBER:
         if (!read_number(text, &number, &rest) || *rest != '\0')

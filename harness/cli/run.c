@@ -14,6 +14,7 @@
 #include "cli/clock.h"
 #include "cli/path.h"
 #include "cli/record.h"
+#include "cli/scenario.h"
 #include "conformance/profile.h"
 #include "conformance/rules.h"
 #include "host/can.h"
@@ -29,11 +30,12 @@ struct run {
     struct plant plant; /* with --bus */
     struct capture capture;
     const char *pcap_path;
+    const char *scenario_path;
     struct eeprom_file eeprom;
     FILE *screen; /* standard error when recording or capture go to standard output */
     bool terminal;
     bool in_process;
-    uint64_t messages_shown, faults_shown;
+    uint64_t messages_shown, faults_shown, lines_shown;
     double begin, shown_at;
 };
 
@@ -66,6 +68,15 @@ static void show_fault(const struct run *run, const struct evidence_fault *fault
             "bus fault", fault->text);
 }
 
+static void show_line(const struct run *run, const struct evidence_line *line)
+{
+    char text[SCENARIO_TEXT], when[32];
+    snprintf(when, sizeof when, "%.6f s", (double)line->time_ns * 1e-9);
+    scenario_tell_line(run->experiment.host.scenario, line, text);
+    fprintf(run->screen, "%s  %-17s  %-11s  %s\n", run->terminal ? "\r\033[K" : "",
+            when, "scenario", text);
+}
+
 static int64_t message_time(const struct run *run, const struct evidence_message *message)
 {
     if (message->cycle == EVIDENCE_NO_CYCLE)
@@ -73,36 +84,58 @@ static int64_t message_time(const struct run *run, const struct evidence_message
     return (int64_t)(message->cycle * run->experiment.host.cycle_us * 1000);
 }
 
-/* Messages and faults that have not been shown yet, in the order of their times. */
+enum event { EVENT_FAULT, EVENT_LINE, EVENT_MESSAGE, EVENTS };
+
+/* Which kind of event is next, of those that have not been shown yet; EVENTS: none. */
+static enum event next_event(const struct run *run, const struct evidence *evidence)
+{
+    const uint64_t faults = run->faults_shown, lines = run->lines_shown;
+    const uint64_t messages = run->messages_shown;
+    int64_t at[EVENTS] = { INT64_MAX, INT64_MAX, INT64_MAX }, first = INT64_MAX;
+    enum event next = EVENTS;
+    if (faults < evidence->fault_count && faults < EVIDENCE_FAULTS)
+        at[EVENT_FAULT] = evidence->faults[faults].time_ns;
+    if (lines < evidence->line_count && lines < EVIDENCE_LINES)
+        at[EVENT_LINE] = (int64_t)evidence->lines[lines].time_ns;
+    if (messages < evidence->message_count && messages < EVIDENCE_MESSAGES)
+        at[EVENT_MESSAGE] = message_time(run, &evidence->messages[messages]);
+    for (int i = 0; i < EVENTS; i++)
+        if (at[i] < first) {
+            first = at[i];
+            next = (enum event)i;
+        }
+    return next;
+}
+
+/* What has not been shown yet, in the order of its times. */
 static void show_events(struct run *run, const struct evidence *evidence)
 {
-    for (;;) {
-        const bool message = run->messages_shown < evidence->message_count &&
-                             run->messages_shown < EVIDENCE_MESSAGES;
-        const bool fault =
-            run->faults_shown < evidence->fault_count && run->faults_shown < EVIDENCE_FAULTS;
-        const struct evidence_message *m = &evidence->messages[message ? run->messages_shown : 0];
-        const struct evidence_fault *f = &evidence->faults[fault ? run->faults_shown : 0];
-        if (!message && !fault)
+    for (;;)
+        switch (next_event(run, evidence)) {
+        case EVENT_FAULT:
+            show_fault(run, &evidence->faults[run->faults_shown++]);
+            break;
+        case EVENT_LINE:
+            show_line(run, &evidence->lines[run->lines_shown++]);
+            break;
+        case EVENT_MESSAGE:
+            show_message(run, &evidence->messages[run->messages_shown++]);
+            break;
+        default:
             return;
-        if (fault && (!message || f->time_ns <= message_time(run, m))) {
-            show_fault(run, f);
-            run->faults_shown++;
-        } else {
-            show_message(run, m);
-            run->messages_shown++;
         }
-    }
 }
 
 static void show_status(struct run *run, const struct evidence *evidence)
 {
     const double elapsed = seconds() - run->begin;
     const double simulated = (double)evidence->time_ns * 1e-9;
-    fprintf(run->screen, "%s  bus %s  cycle %" PRIu64 " of %" PRIu64 "  %.3f s  x%.0f real time",
+    char all[32] = "";
+    if (!run->experiment.until_played) /* otherwise nobody knows how many there will be */
+        snprintf(all, sizeof all, " of %" PRIu64, run->experiment.cycles);
+    fprintf(run->screen, "%s  bus %s  cycle %" PRIu64 "%s  %.3f s  x%.0f real time",
             run->terminal ? "\r\033[K" : "", evidence->all_op ? "OP" : "starting",
-            evidence->cycles_done, run->experiment.cycles, simulated,
-            elapsed > 0 ? simulated / elapsed : 0.0);
+            evidence->cycles_done, all, simulated, elapsed > 0 ? simulated / elapsed : 0.0);
     for (unsigned i = 0; i < evidence->axis_count; i++)
         fprintf(run->screen, "  SERVO[%u] %.1f inc", i, evidence->axis_position[i]);
     if (!run->terminal)
@@ -164,6 +197,11 @@ static int conclude(struct run *run, const struct experiment_result *result, con
     clock_tell(run->screen, &evidence->clock);
     if (evidence->trouble[0] != '\0')
         return complain(run->command, "%s", evidence->trouble);
+    if (run->experiment.host.scenario != NULL) {
+        const int played = scenario_conclude(run->screen, run->experiment.host.scenario,
+                                             run->scenario_path, evidence);
+        status = status == EXIT_OK ? played : status;
+    }
     if (result->worker.end == WORKER_TIMEOUT || result->worker.end == WORKER_KILLED ||
         result->worker.end == WORKER_EXITED) {
         fprintf(run->screen, "  %s ended or blocked the process it ran in%s%s\n",
@@ -308,6 +346,20 @@ static bool is_stdout(const char *path)
     return path != NULL && strcmp(path, "-") == 0;
 }
 
+/* As long as asked for, or as the scenario. */
+static void plan_length(struct run *run, uint64_t duration)
+{
+    const uint32_t cycle_us = run->experiment.host.cycle_us;
+    const uint64_t cycle_ns = cycle_us * UINT64_C(1000);
+    if (duration == 0 && run->experiment.host.scenario != NULL) {
+        run->experiment.until_played = true;
+        run->experiment.cycles = scenario_cycles(run->experiment.host.scenario, cycle_us);
+        return;
+    }
+    duration = duration != 0 ? duration : UINT64_C(2000000000);
+    run->experiment.cycles = (duration + cycle_ns - 1) / cycle_ns;
+}
+
 int command_run(const struct command *command, int argc, char **argv)
 {
     static struct run run;
@@ -319,12 +371,13 @@ int command_run(const struct command *command, int argc, char **argv)
     uint64_t path_start = UINT64_C(1000000000);
     const char *can = NULL;
     char *script = NULL, *can_script = NULL;
+    struct scenario *scenario = NULL;
     const char *preempt = NULL, *clock = "virtual", *prefix = NULL;
     bool shm = false;
-    uint64_t duration = UINT64_C(2000000000), cycle_us = 0, seed = DEFAULT_SEED;
+    uint64_t duration = 0, cycle_us = 0, seed = DEFAULT_SEED;
     const struct option table[] = {
-        { "--for", OPTION_DURATION, "TIME", "simulated time, as in 2s or 500ms (default 2s)",
-          &duration, 0, 0 },
+        { "--for", OPTION_DURATION, "TIME",
+          "simulated time, as in 500ms (default 2s, or as long as the scenario)", &duration, 0, 0 },
         { "--cycle", OPTION_NUMBER, "US", "Cycle_Time in microseconds (default 500)", &cycle_us, 0,
           0 },
         { "--record", OPTION_TEXT, "NAMES",
@@ -352,6 +405,9 @@ int command_run(const struct command *command, int argc, char **argv)
           0, 0 },
         { "--faults", OPTION_TEXT, "FILE", "what goes wrong on the bus, and when (docs/faults.md)",
           &faults, 0, 0 },
+        { "--scenario", OPTION_TEXT, "FILE",
+          "plays the machine and says what is expected of the module (docs/scenarios.md)",
+          &run.scenario_path, 0, 0 },
         { "--eeprom", OPTION_TEXT, "FILE", "what is stored in the EEPROM; written anew when saved",
           &run.eeprom.path, 0, 0 },
         { "--can", OPTION_TEXT, "FILE", "what stands on the CAN bus (docs/can.md)", &can, 0, 0 },
@@ -440,8 +496,13 @@ int command_run(const struct command *command, int argc, char **argv)
         return status;
     if (bus != NULL)
         host->plant = &run.plant;
-    run.experiment.cycles = (duration + cycle_us * 1000 - 1) / (cycle_us * 1000);
+    if (run.scenario_path != NULL &&
+        (scenario = scenario_from_file(command, run.scenario_path, product)) == NULL)
+        return EXIT_CALL;
+    host->scenario = scenario;
+    plan_length(&run, duration);
     status = start(&run, profile, module);
+    scenario_close(scenario);
     free(script);
     free(can_script);
     path_close(&path);

@@ -18,6 +18,11 @@ struct member {
     const char *unit, *note;
 };
 
+struct constant {
+    const char *name;
+    int64_t value;
+};
+
 struct catalogue {
     int generation, memory_id;
     const char *reference; /* the document with all registers */
@@ -25,11 +30,14 @@ struct catalogue {
     size_t memory_count;
     const struct member *members;
     size_t member_count;
+    const struct constant *constants;
+    size_t constant_count;
 };
 
 #define CATALOGUE_MEMORY(number, name, root, type, count, size, pointer)                           \
     { number, name, root, type, count, size, pointer },
 #define CATALOGUE_MEMBER(...)
+#define CATALOGUE_CONSTANT(...)
 static const struct catalogue_memory memories_gen4[] = {
 #include "host/catalogue_gen4.inc"
 };
@@ -55,11 +63,28 @@ static const struct member members_gen5_905[] = {
 static const struct member members_gen5_906[] = {
 #include "host/catalogue_gen5_906.inc"
 };
+#undef CATALOGUE_MEMBER
+#undef CATALOGUE_CONSTANT
+
+#define CATALOGUE_MEMBER(...)
+#define CATALOGUE_CONSTANT(name, value) { name, value },
+static const struct constant constants_gen4[] = {
+#include "host/catalogue_gen4.inc"
+};
+static const struct constant constants_gen5_905[] = {
+#include "host/catalogue_gen5_905.inc"
+};
+static const struct constant constants_gen5_906[] = {
+#include "host/catalogue_gen5_906.inc"
+};
 #undef CATALOGUE_MEMORY
 #undef CATALOGUE_MEMBER
+#undef CATALOGUE_CONSTANT
 
 #define COUNT(array) (sizeof(array) / sizeof *(array))
-#define TABLES(name) memories_##name, COUNT(memories_##name), members_##name, COUNT(members_##name)
+#define TABLES(name)                                                                               \
+    memories_##name, COUNT(memories_##name), members_##name, COUNT(members_##name),                \
+        constants_##name, COUNT(constants_##name)
 
 /* The newest of a generation comes first: it is what memory id 0 stands for. */
 static const struct catalogue catalogues[] = {
@@ -101,6 +126,21 @@ const struct catalogue_memory *catalogue_memory_named(const struct catalogue *ca
         if (strcmp(catalogue->memories[i].name, name) == 0)
             return &catalogue->memories[i];
     return NULL;
+}
+
+bool catalogue_constant(const struct catalogue *catalogue, const char *name, int64_t *value)
+{
+    for (size_t i = 0; i < catalogue->constant_count; i++)
+        if (strcmp(catalogue->constants[i].name, name) == 0) {
+            *value = catalogue->constants[i].value;
+            return true;
+        }
+    return false;
+}
+
+const char *catalogue_constant_name(const struct catalogue *catalogue, size_t index)
+{
+    return index < catalogue->constant_count ? catalogue->constants[index].name : NULL;
 }
 
 size_t scalar_size(enum scalar type)

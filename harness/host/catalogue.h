@@ -57,6 +57,11 @@ const struct catalogue_memory *catalogue_memory_named(const struct catalogue *ca
 int catalogue_resolve(const struct catalogue *catalogue, const char *name,
                       struct catalogue_register *out, char why[CATALOGUE_WHY]);
 
+/* The layout's constants that are whole numbers, by name: SERVO_READY_ENABLE. */
+bool catalogue_constant(const struct catalogue *catalogue, const char *name, int64_t *value);
+/* Their names; NULL past the end. */
+const char *catalogue_constant_name(const struct catalogue *catalogue, size_t index);
+
 /* One line of the register list: arrays as one, [n] for the element of a memory. */
 struct catalogue_line {
     const struct catalogue_memory *memory;

@@ -188,7 +188,7 @@ void config_apply(const struct config *config, struct config_store *store, struc
     host->can_kbit = (uint32_t)config->can_kbit;
     host->log_ctrl = (uint32_t)config->log;
     for (int i = 0; i < CONFIG_INTERPOLATORS; i++)
-        host->interpolator_buffer[i] = (uint32_t)config->interpolator_items[i];
+        host->interpolator_items[i] = (uint32_t)config->interpolator_items[i];
     if (LINE(config, distributed_clock) != 0)
         host->clock = config->distributed_clock != 0 ? CLOCK_ON : CLOCK_OFF;
     store->modes = (struct servo_modes){

@@ -39,6 +39,30 @@ static void clean_incident(struct evidence_incident *incident)
     end_text(incident->service, sizeof incident->service);
 }
 
+static void clean_value(struct scenario_value *value)
+{
+    clean_bool(&value->is_double);
+}
+
+static void clean_play(struct evidence *evidence)
+{
+    if ((unsigned)evidence->play > PLAY_GIVEN_UP)
+        evidence->play = PLAY_RUNNING;
+    if (evidence->failure_count > EVIDENCE_FAILURES)
+        evidence->failure_count = EVIDENCE_FAILURES;
+    for (unsigned i = 0; i < EVIDENCE_FAILURES; i++) {
+        struct evidence_failure *failure = &evidence->failures[i];
+        if ((unsigned)failure->kind > FAILURE_REFUSED)
+            failure->kind = FAILURE_EXPECTATION;
+        if (failure->value_count > EVIDENCE_VALUES)
+            failure->value_count = EVIDENCE_VALUES;
+        for (unsigned k = 0; k < EVIDENCE_VALUES; k++)
+            clean_value(&failure->values[k]);
+    }
+    for (unsigned i = 0; i < EVIDENCE_LINES; i++)
+        clean_value(&evidence->lines[i].value);
+}
+
 void evidence_clean(struct evidence *evidence)
 {
     if ((unsigned)evidence->stage > EVIDENCE_FINISHED)
@@ -63,6 +87,7 @@ void evidence_clean(struct evidence *evidence)
     }
     for (unsigned i = 0; i < EVIDENCE_FAULTS; i++)
         end_text(evidence->faults[i].text, sizeof evidence->faults[i].text);
+    clean_play(evidence);
     for (unsigned i = 0; i < EVIDENCE_INTERRUPTS; i++)
         clean_entry(&evidence->interrupts[i].entry);
     clean_bool(&evidence->clock.used);

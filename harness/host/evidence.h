@@ -16,6 +16,7 @@
 #include "bus/bus.h"
 #include "host/product.h"
 #include "host/realtime.h"
+#include "host/scenario_value.h"
 #include "machine/machine.h"
 
 #define EVIDENCE_INCIDENTS  16
@@ -23,6 +24,9 @@
 #define EVIDENCE_TEXT       240
 #define EVIDENCE_AXES       4
 #define EVIDENCE_FAULTS     128
+#define EVIDENCE_FAILURES   32
+#define EVIDENCE_VALUES     8
+#define EVIDENCE_LINES      64
 #define EVIDENCE_EEPROM     2752
 #define EVIDENCE_INTERRUPTS 64
 
@@ -69,6 +73,38 @@ struct evidence_fault {
     char text[BUS_FAULT_TEXT];
 };
 
+/* How far a scenario got. */
+enum evidence_play {
+    PLAY_NONE,     /* there was none */
+    PLAY_RUNNING,  /* not at its end when the experiment was */
+    PLAY_DONE,     /* to its end */
+    PLAY_GIVEN_UP, /* what it waited for did not come: the rest was not played */
+};
+
+enum evidence_failure_kind {
+    FAILURE_EXPECTATION, /* what the statement expects or waits for was not so */
+    FAILURE_NO_FIT,      /* the register cannot hold values[0] */
+    FAILURE_OVERWRITTEN, /* TG Motion writes the register itself: values[0] did not stay */
+    FAILURE_REFUSED      /* the bus took neither the input's values[0] nor the fault */
+};
+
+/* A statement of a scenario that failed, the first time it did. */
+struct evidence_failure {
+    uint32_t statement;
+    enum evidence_failure_kind kind;
+    uint64_t cycle, time_ns;
+    uint64_t count; /* times it failed in this way */
+    uint32_t value_count;
+    struct scenario_value values[EVIDENCE_VALUES]; /* of the registers it reads, in order */
+};
+
+/* A `log` of a scenario. */
+struct evidence_line {
+    uint32_t statement;
+    uint64_t time_ns;
+    struct scenario_value value; /* of its expression */
+};
+
 /* What is stored in the EEPROM: from the file at first, then what was saved. */
 struct evidence_eeprom {
     bool saved;    /* something was, in this run */
@@ -107,6 +143,14 @@ struct evidence {
 
     uint64_t fault_count; /* all; the first EVIDENCE_FAULTS are stored */
     struct evidence_fault faults[EVIDENCE_FAULTS];
+
+    enum evidence_play play;
+    uint64_t checked; /* expectations that were judged, each time they were */
+    uint64_t failed;  /* of them, and of what the scenario could not do */
+    unsigned failure_count;
+    struct evidence_failure failures[EVIDENCE_FAILURES]; /* the first */
+    uint64_t line_count;                                 /* all; the first are stored */
+    struct evidence_line lines[EVIDENCE_LINES];
 
     struct evidence_eeprom eeprom;
     uint64_t interrupt_count; /* all; the first EVIDENCE_INTERRUPTS are stored */

@@ -125,7 +125,7 @@ static void run_cycles(const struct experiment *experiment, struct host *host,
             host_run(host);
             loaded = true;
         }
-        going = host_cycle(host);
+        going = host_cycle(host) && !(experiment->until_played && host_played(host));
         /* A reset of TG Motion begins to count anew; interrupts may take several cycles. */
         done += host_cycles(host) > before ? host_cycles(host) - before : 1;
     }

@@ -22,6 +22,7 @@ struct experiment {
     const char *name;        /* "cycle-500": stable, for reports and reproduction */
     struct host_config host; /* product, Cycle_Time, mutation, seed ... */
     uint64_t cycles;         /* 0: only Program_Ini is called */
+    bool until_played;       /* no longer than until its scenario is at its end */
     uint64_t wall_ns;        /* limit on the worker; 0 = 10 s, and 2 ms or two Cycle_Times a cycle */
     uint64_t reload_ns;      /* simulated time at which the PLC is run again (host_run); 0: never */
     bool real_clock;         /* slots come when they are due by the wall clock (realtime.h) */

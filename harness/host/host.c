@@ -416,6 +416,11 @@ static bool cycle(struct host *host)
     return false;
 }
 
+static bool played(const struct host *host)
+{
+    return host->play.scenario != NULL && host->evidence->play != PLAY_RUNNING;
+}
+
 static void on_sample(struct host *host, host_sample *sample, void *argument)
 {
     host->sample = sample;
@@ -449,6 +454,7 @@ const struct host_ops HOST_OPS = {
     .close = close_host,
     .start = start,
     .cycle = cycle,
+    .played = played,
     .run = plc_run,
     .stop = plc_stop,
     .pause = plc_pause,

@@ -28,6 +28,7 @@
 #include "host/evidence.h"
 #include "host/interp_path.h"
 #include "host/product.h"
+#include "host/scenario.h"
 #include "machine/machine.h"
 
 #define HOST_WHY 512
@@ -126,6 +127,7 @@ struct host_config {
     const struct servo_modes *modes; /* NULL: servo_modes_default */
     const char *faults,
         *faults_name;   /* what goes wrong on the bus (docs/faults.md); NULL: nothing */
+    const struct scenario *scenario; /* what is played; NULL: nothing */
     const void *eeprom; /* what is stored there, eeprom_size bytes; NULL: nothing yet */
     size_t eeprom_size;
     const char *can, *can_name; /* script of the CAN buses (can.h); NULL: there are none */
@@ -201,6 +203,9 @@ enum host_plc host_plc(const struct host *host);
 
 /* Simulated nanoseconds since the first cycle of the present run of the PLC. */
 uint64_t host_run_time(const struct host *host);
+
+/* The scenario is at its end, or given up. */
+bool host_played(const struct host *host);
 
 void host_on_sample(struct host *host, host_sample *sample, void *argument);
 

@@ -13,6 +13,7 @@ struct host_ops {
     void (*close)(struct host *host);
     bool (*start)(struct host *host);
     bool (*cycle)(struct host *host);
+    bool (*played)(const struct host *host);
     void (*run)(struct host *host);
     void (*stop)(struct host *host);
     void (*pause)(struct host *host, bool paused);

@@ -27,6 +27,7 @@
 #include "host/plc.h"
 #include "host/preempt.h"
 #include "host/realtime.h"
+#include "host/scenario_play.h"
 #include "host/schedule.h"
 #include "host/servo_wire.h"
 
@@ -187,6 +188,7 @@ struct host {
     struct can can;
     void *can_memory[CAN_CHANNELS];
     struct osc osc;
+    struct play play;
 
     struct plc plc;
     struct preempt preempt;
@@ -211,6 +213,7 @@ struct host {
 /* In the order in which they act; ends with NULL. host_rows.c */
 extern const struct host_part *const host_parts[];
 extern const struct host_part host_scope;
+extern const struct host_part host_scene;
 extern const struct host_part host_timers, host_servo, host_capture, host_motion, host_dio;
 extern const struct host_part host_console, host_statistics, host_eeprom, host_safety, host_general,
     host_channels, host_can;

@@ -17,5 +17,6 @@ const struct host_part *const host_parts[] = {
     &host_channels,
     &host_scope,
     &host_measure,
+    &host_scene, /* behind all that receives */
     NULL,
 };

@@ -40,6 +40,11 @@ bool host_cycle(struct host *host)
     return ops(host)->cycle(host);
 }
 
+bool host_played(const struct host *host)
+{
+    return ops(host)->played(host);
+}
+
 void host_run(struct host *host)
 {
     ops(host)->run(host);

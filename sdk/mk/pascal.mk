@@ -7,7 +7,7 @@
 #     include path/to/sdk/mk/pascal.mk
 #
 #   make         build/gantry.tgm, linked and verified
-#   make check   the verdict of the conformance suite
+#   make check   the verdict of the conformance suite and of the folder's own *.scenario files
 #   make run     run it on the simulated machine (RUN_FLAGS='--for 2s')
 #   make clean
 #   V=1 with any of them shows the commands
@@ -21,6 +21,7 @@
 #   FPC             the compiler driver, default fpc (Debian: fp-compiler); Free Pascal 3.2
 #   MODULE_FPCFLAGS, MODULE_LDFLAGS   added last
 #   MATH            yes: links the functions of tgm_math.pas
+#   SCENARIOS       what make check plays; default: every *.scenario beside the Makefile
 #   BUILD           default build, build/TARGET for other targets than elf64
 #   TGM             the harness program; default: the one of this SDK's tree, else tgm on the PATH
 # MODULE and the sources' names must not contain spaces.
@@ -159,9 +160,10 @@ tgm_need = @[ "$(tgm_judged)" = yes ] || { echo "TARGET=$(TARGET) is built and i
     "not judged or run yet (docs/targets.md)" >&2; exit 3; }; command -v $(TGM) >/dev/null || \
     { echo "$(TGM) is not there: build the harness first (make in its own folder) or set TGM=path/to/tgm" >&2; exit 2; }
 
+SCENARIOS ?= $(wildcard *.scenario)
 check: $(tgm_linked)
 	$(tgm_need)
-	$(TGM) check $(tgm_played) $(CHECK_FLAGS) $(tgm_linked)
+	$(TGM) check $(tgm_played) $(addprefix --scenario ,$(SCENARIOS)) $(CHECK_FLAGS) $(tgm_linked)
 
 run: $(tgm_file)
 	$(tgm_need)
