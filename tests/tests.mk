@@ -32,7 +32,8 @@ IMAGE_TESTS := test_image test_image_real test_image_bad test_image_damage test_
     test_stack
 MACHINE_TESTS := test_machine test_machine_call test_machine_load test_machine_seal test_worker \
     test_machine_stack \
-    test_machine_preempt
+    test_machine_preempt \
+    test_machine_windows
 BUS_TESTS := test_segment test_slave test_coe test_drive test_bus test_client \
     test_drive2 \
     test_tgz \
@@ -94,6 +95,27 @@ $(MACHINE_MODULE_DIR)/%.so: tests/machine_modules/%.c | $(BUILD)/.deps
 	@echo "  MODULE $<"
 	$(Q)gcc -std=gnu11 -O1 -g -ffreestanding -fPIC -fno-stack-protector -fno-asynchronous-unwind-tables -shared \
 	    -nostdlib -Wl,-Bsymbolic -Wl,-z,relro -Wl,-z,noexecstack -o $@ $<
+
+# PE modules, of mingw and of the shape that Microsoft's tools make.
+MACHINE_MODULES += $(addprefix $(MACHINE_MODULE_DIR)/,windows.dll windows_fixed.dll windows_frames.dll)
+MACHINE_MINGW := x86_64-w64-mingw32-gcc -shared -nostdlib -Wl,-e,0 -Wl,--no-insert-timestamp
+
+$(MACHINE_MODULE_DIR)/windows.dll: tests/machine_modules/windows.S | $(BUILD)/.deps-test
+	@mkdir -p $(@D)
+	@echo "  MODULE $@"
+	$(Q)$(MACHINE_MINGW) -o $@ $<
+
+$(MACHINE_MODULE_DIR)/windows_fixed.dll: tests/machine_modules/windows.S | $(BUILD)/.deps-test
+	@mkdir -p $(@D)
+	@echo "  MODULE $@"
+	$(Q)clang --target=x86_64-pc-windows-msvc -c -o $@.obj $<
+	$(Q)lld-link /DLL /NOENTRY /NODEFAULTLIB /Brepro /FIXED /BASE:0x1a0000000 /EXPORT:read_plain /OUT:$@ $@.obj
+
+$(MACHINE_MODULE_DIR)/%.dll: tests/machine_modules/%.c | $(BUILD)/.deps-test
+	@mkdir -p $(@D)
+	@echo "  MODULE $@"
+	$(Q)clang --target=x86_64-pc-windows-msvc -O2 -g -ffreestanding -fno-stack-protector -c -o $@.obj $<
+	$(Q)lld-link /DLL /NOENTRY /NODEFAULTLIB /Brepro /OUT:$@ $@.obj
 
 $(addprefix $(BUILD)/obj/tests/,$(MACHINE_TESTS:=.o)): ALL_CFLAGS += -Itests \
     -DTEST_MACHINE_MODULES_DIR='"$(MACHINE_MODULE_DIR)"'

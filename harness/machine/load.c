@@ -17,7 +17,8 @@
 #include "machine/machine_private.h"
 
 #define HWCAP2_FSGSBASE_BIT (1ul << 1)
-#define TRAP_FILL           0xcc /* int3 */
+#define TRAP_FILL           0xcc  /* int3 */
+#define WINDOWS_X87         0x27f /* precision of 53 bits, where Linux has 64 */
 
 int machine_fail(char why[MACHINE_WHY], int error, const char *format, ...)
 {
@@ -35,9 +36,10 @@ static int check_image(const struct image *image, char why[MACHINE_WHY])
 
     if (image->defect[0] != '\0')
         return machine_fail(why, -ENOEXEC, "%s", image->defect);
-    if (image->format != IMAGE_FORMAT_ELF64 || image->target != IMAGE_TARGET_X86_64)
+    if ((image->format != IMAGE_FORMAT_ELF64 && image->format != IMAGE_FORMAT_PE) ||
+        image->target != IMAGE_TARGET_X86_64)
         return machine_fail(why, -ENOEXEC,
-                            "only ELF64 modules for x86-64 run natively, this is %s %s",
+                            "only ELF64 and PE modules for x86-64 run natively, this is %s %s",
                             image->format_name, image->target_name);
     if (image->span_begin >= image->span_end || (image->span_begin | image->span_end) % PAGE != 0)
         return machine_fail(why, -ENOEXEC, "nothing to map");
@@ -160,19 +162,41 @@ static void relocate(const struct machine *machine, const struct image *image)
         uint64_t value = (uint64_t)machine_address(machine, (uint64_t)reloc->addend);
 
         if (reloc->kind == IMAGE_RELOC_RELATIVE)
-            memcpy(machine_address(machine, reloc->vaddr), &value, sizeof value);
+            memcpy(machine_address(machine, reloc->vaddr), &value,
+                   reloc->width != 0 ? reloc->width : sizeof value);
     }
+}
+
+/* At the seed's place, or at the only one where the module runs. */
+static int reserve_hull(const struct machine *machine, const struct image *image,
+                        struct machine_reservation *around, char why[MACHINE_WHY])
+{
+    const size_t size = image->span_end - image->span_begin + 2 * HULL_GUARD;
+    const uint64_t only = image->base + image->span_begin;
+    int error;
+
+    if (!image->fixed) {
+        error = machine_reserve(around, machine->config.seed, machine->region_count, size);
+        return error == 0 ? 0
+                          : machine_fail(why, error, "no address space for the module: %s",
+                                         strerror(-error));
+    }
+    error =
+        only < HULL_GUARD ? -EADDRNOTAVAIL : machine_reserve_at(around, only - HULL_GUARD, size);
+    return error == 0
+               ? 0
+               : machine_fail(why, error, "the module runs at 0x%llx only, which is not free: %s",
+                              (unsigned long long)only, strerror(-error));
 }
 
 static int map_image(struct machine *machine, const struct image *image, char why[MACHINE_WHY])
 {
     struct machine_region *region = machine_region_add(machine, "module");
     size_t span = image->span_end - image->span_begin;
-    int error = machine_reserve(&region->around, machine->config.seed, machine->region_count,
-                                span + 2 * HULL_GUARD);
+    int error = reserve_hull(machine, image, &region->around, why);
 
     if (error != 0)
-        return machine_fail(why, error, "no address space for the module: %s", strerror(-error));
+        return error;
     machine->region_count++;
     machine->hull = region->around.base + HULL_GUARD;
     machine->span_begin = image->span_begin;
@@ -199,17 +223,26 @@ static int map_image(struct machine *machine, const struct image *image, char wh
 
 /* The module starts every call with the same callee-saved registers: no host address leaks in, and
  * a change is noticed. No canonical address, so that using one as a pointer faults. */
+static uint64_t sentinel(const struct machine *machine, unsigned i)
+{
+    return (machine_mix(machine->config.seed, 2, i) & 0x0000ffffffffffffu) | 0x5e00000000000000u;
+}
+
 static void prepare_state(const struct machine *machine)
 {
     struct machine_state fresh = { .has_fsgsbase = 0 };
 
     fresh.serial = machine_state.serial;
     for (unsigned i = 0; i < 6; i++)
-        fresh.sentinel[i] =
-            (machine_mix(machine->config.seed, 2, i) & 0x0000ffffffffffffu) | 0x5e00000000000000u;
+        fresh.sentinel[i] = sentinel(machine, i);
     fresh.stack_top = machine_stack_top(machine, machine->stack);
     fresh.has_fsgsbase = (getauxval(AT_HWCAP2) & HWCAP2_FSGSBASE_BIT) != 0;
     __asm__("mov %%fs:0, %0" : "=r"(fresh.host_fs)); /* thread control block: points to itself */
+    for (unsigned i = 0; i < 2; i++)
+        fresh.windows_sentinel[i] = sentinel(machine, 6 + i);
+    for (unsigned i = 0; i < 20; i++)
+        fresh.windows_xmm[i / 2][i % 2] = machine_mix(machine->config.seed, 3, i);
+    fresh.windows_x87 = WINDOWS_X87;
     machine_state = fresh;
 }
 
@@ -245,6 +278,10 @@ int machine_load(struct machine **out, const struct image *image,
         error = machine_copy_keep(machine, why);
     if (error == 0) {
         prepare_state(machine);
+        if (image->format == IMAGE_FORMAT_PE)
+            error = machine_thread_block_open(machine, why);
+    }
+    if (error == 0) {
         machine_incident = (struct machine_incident){ .machine = machine };
         error = machine_handlers_install(machine, why);
     }
@@ -265,6 +302,7 @@ void machine_unload(struct machine *machine)
     machine_watchdog_stop(machine);
     machine_levels_close(machine);
     machine_handlers_remove(machine);
+    machine_thread_block_close(machine);
     if (machine_incident.machine == machine)
         machine_incident.machine = NULL;
     machine_regions_release(machine);

@@ -56,6 +56,14 @@ static bool reserve_at(struct machine_reservation *out, uint64_t address, size_t
     return true;
 }
 
+/* At that address and no other; see machine_reserve(). */
+int machine_reserve_at(struct machine_reservation *out, uint64_t address, size_t size)
+{
+    if (address >> 32 != (address + size) >> 32)
+        return -EADDRNOTAVAIL;
+    return reserve_at(out, address, size) ? 0 : -errno;
+}
+
 /*
  * Reserves size bytes at the first free place of a sequence that seed and ordinal determine. Never
  * across a multiple of 4 GiB: the system call filter compares only the lower half of an address.
