@@ -50,7 +50,7 @@ static uint8_t initial_byte(const struct image *image, const struct image_segmen
 static void restore_word(uint8_t *hull, const struct image *image,
                          const struct image_segment *segment, const struct image_reloc *reloc)
 {
-    const uint64_t width = reloc->width != 0 ? reloc->width : 8;
+    const unsigned width = reloc->width != 0 ? reloc->width : 8;
 
     for (uint64_t at = reloc->vaddr; at < reloc->vaddr + width; at++)
         if (at - segment->vaddr < segment->mem_size)

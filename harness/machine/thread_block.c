@@ -49,7 +49,9 @@ int machine_thread_block_open(struct machine *machine, char why[MACHINE_WHY])
 
 void machine_thread_block_close(struct machine *machine)
 {
-    if (machine->thread_block != NULL && !machine->sealed)
+    if (machine->thread_block == NULL)
+        return;
+    if (!machine->sealed)
         syscall(SYS_arch_prctl, ARCH_SET_GS, machine->borrowed_gs);
     machine->thread_block = NULL;
     machine_state.thread_block = 0;
