@@ -230,6 +230,7 @@ int machine_load(struct machine **out, const struct image *image,
     if (machine == NULL)
         return machine_fail(why, -ENOMEM, "no memory");
     machine->config = *config;
+    machine->convention = arguments_convention_of(image);
     machine->process = getpid();
     if (machine->config.stack_size == 0)
         machine->config.stack_size = DEFAULT_STACK;

@@ -30,6 +30,7 @@
 #include <stdint.h>
 
 #include "image/image.h"
+#include "machine/arguments.h"
 
 #define MACHINE_WHY         512
 #define MACHINE_LEVELS      4 /* calls that may stand inside one another, each with its own stack */
@@ -214,8 +215,21 @@ void *machine_address(const struct machine *machine, uint64_t vaddr);
 bool machine_vaddr(const struct machine *machine, const void *address, uint64_t *vaddr);
 
 /*
- * Host services (functions that the module calls through PLC_DATA) bracket themselves with these,
- * so that a bad pointer or an endless loop inside them is charged to the module's call:
+ * Host services: functions that the module finds in PLC_DATA and calls in its own convention. What
+ * they return is in the module's return register (a pair of them where it has 32 bits). A bad
+ * pointer or an endless loop inside one is charged to the module's call; then it does not come
+ * back.
+ *
+ * machine_serve() tells in *module what the module is to be given. At most MACHINE_SERVICES of
+ * them (thunks.h); -ENOSPC. The name stays the caller's. Not from inside a call.
+ */
+typedef int64_t machine_service(void *context, struct arguments *arguments);
+int machine_serve(struct machine *machine, const char *name, machine_service *function,
+                  void *context, void **module, char why[MACHINE_WHY]);
+
+/*
+ * What machine_serve() puts around a service; for functions of the host that are called in another
+ * way:
  *   machine_service_enter(m, "pswprintf", __builtin_return_address(0)); ...
  * machine_service_leave(m); leave does not return when the call has been declared hung meanwhile.
  * Services may use one another: the outermost one is charged.

@@ -24,6 +24,7 @@
 #endif
 
 #include "machine/machine.h"
+#include "machine/thunks.h"
 #include "machine/trampoline.h"
 
 #define PAGE            4096u
@@ -79,8 +80,16 @@ struct machine_level {
     size_t extended_size;
 };
 
+/* A function of the host that the module may call. */
+struct machine_served {
+    const char *name;
+    machine_service *function;
+    void *context;
+};
+
 struct machine {
     struct machine_config config;
+    enum arguments_convention convention; /* of the module's functions */
     pid_t process;
     bool sealed;
     bool timing;
@@ -93,6 +102,9 @@ struct machine {
     size_t stack_size;
     uint64_t stack_pattern;
     size_t stack_deepest; /* before the latest machine_reload() */
+
+    struct machine_served services[MACHINE_SERVICES];
+    unsigned service_count;
 
     unsigned level; /* how many calls are interrupted */
     unsigned level_count;
@@ -212,6 +224,10 @@ int machine_map_stacks(struct machine *machine, char why[MACHINE_WHY]);
 void machine_fill_stacks(struct machine *machine);
 void machine_regions_release(struct machine *machine);
 void machine_describe_address(const struct machine *machine, struct machine_fault *fault);
+
+/* serve.c: what every machine does when module code has called service `number`. */
+int64_t machine_service_call(struct machine *machine, unsigned number, struct arguments *arguments,
+                             void *return_address);
 
 /* poison.c */
 void machine_poison(const struct image *image, uint8_t *hull, uint64_t seed);
