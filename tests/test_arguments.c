@@ -201,7 +201,7 @@ static void *serve(struct fixture *fixture, enum arguments_convention convention
     fixture->machine->convention = convention;
     memset(text, 0, sizeof text);
     for (int i = 0; i < 3; i++) /* not the first row */
-        if (machine_serve(fixture->machine, "format", format_service, text, &function, why) != 0)
+        if (machine_service(fixture->machine, "format", format_service, text, &function, why) != 0)
             fail_msg("%s", why);
     return function;
 }
@@ -265,14 +265,14 @@ static void a_machine_takes_so_many_services_and_no_more(void **state)
     fixture_open(&fixture, "faults", &config);
     for (int i = 0; i < MACHINE_SERVICES; i++) {
         assert_int_equal(
-            machine_serve(fixture.machine, "format", format_service, text, &function, why), 0);
+            machine_service(fixture.machine, "format", format_service, text, &function, why), 0);
         assert_ptr_not_equal(function, last);
         last = function;
     }
     assert_int_equal(
-        machine_serve(fixture.machine, "seventeenth", format_service, text, &function, why),
+        machine_service(fixture.machine, "one more", format_service, text, &function, why),
         -ENOSPC);
-    assert_string_equal(why, "seventeenth: more than 16 services");
+    assert_string_equal(why, "one more: more than 32 services");
     fixture_close(&fixture);
 }
 

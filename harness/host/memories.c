@@ -121,7 +121,7 @@ static int memory_open(struct host *host, const struct catalogue_memory *memory,
 int memories_open(struct host *host, char why[HOST_WHY])
 {
     const struct product *product = host->config.product;
-    host->word_bytes = arguments_pointer_bytes(arguments_convention_of(host->image));
+    host->word_bytes = machine_pointer_size(host->machine);
     host->catalogue = catalogue_find(product->generation, (int)product->memory_id);
     if (host->catalogue == NULL) {
         snprintf(why, HOST_WHY, "no layout for generation %d, memory id %u", product->generation,

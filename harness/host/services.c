@@ -128,8 +128,8 @@ static int open_device_info(struct host *host, char why[HOST_WHY])
     if (r != 0)
         return r;
     memcpy(own, name, strlen(name) + 1);
-    return machine_serve(host->machine, "pcGetDeviceInfo_v", device_info, host, &host->device_info,
-                         why);
+    return machine_service(host->machine, "pcGetDeviceInfo_v", device_info, host,
+                           &host->device_info, why);
 }
 #else
 static int open_device_info(struct host *host, char why[HOST_WHY])
@@ -142,7 +142,7 @@ static int open_device_info(struct host *host, char why[HOST_WHY])
 
 static const struct {
     const char *name;
-    machine_service *function;
+    machine_function *function;
     size_t at; /* in a PLC_DATA of 64 bits */
 } services[] = {
 #define IMPORT(member, function)                                                                   \
@@ -170,8 +170,8 @@ int services_open(struct host *host, char why[HOST_WHY])
     int r = open_device_info(host, why);
     for (size_t i = 0; i < sizeof services / sizeof *services && r == 0; i++) {
         void *function;
-        r = machine_serve(host->machine, services[i].name, services[i].function, host, &function,
-                          why);
+        r = machine_service(host->machine, services[i].name, services[i].function, host, &function,
+                            why);
         for (int entry = 0; entry < ENTRY_COUNT && r == 0; entry++)
             plc_data_put(host, (enum entry)entry, services[i].at, (uintptr_t)function);
     }

@@ -10,8 +10,8 @@ extern const uint8_t machine_thunks_sysv[], machine_thunks_win64[];
 int64_t machine_served(unsigned number, const struct arguments_sysv *registers, const void *stack,
                        void *return_address) __attribute__((visibility("hidden")));
 
-int machine_serve(struct machine *machine, const char *name, machine_service *function,
-                  void *context, void **module, char why[MACHINE_WHY])
+int machine_native_service(struct machine *machine, const char *name, machine_function *function,
+                           void *context, void **pointer, char why[MACHINE_WHY])
 {
     const uint8_t *thunks =
         machine->convention == ARGUMENTS_WIN64 ? machine_thunks_win64 : machine_thunks_sysv;
@@ -19,7 +19,7 @@ int machine_serve(struct machine *machine, const char *name, machine_service *fu
     if (machine->service_count == MACHINE_SERVICES)
         return machine_fail(why, -ENOSPC, "%s: more than %d services", name, MACHINE_SERVICES);
     machine->services[machine->service_count] = (struct machine_served){ name, function, context };
-    *module = (void *)(uintptr_t)(thunks + (size_t)THUNK_BYTES * machine->service_count++);
+    *pointer = (void *)(uintptr_t)(thunks + (size_t)THUNK_BYTES * machine->service_count++);
     return 0;
 }
 

@@ -3,7 +3,7 @@
 #ifndef HARNESS_MACHINE_THUNKS_H
 #define HARNESS_MACHINE_THUNKS_H
 
-#define MACHINE_SERVICES 16 /* that a machine can be given */
+#define MACHINE_SERVICES 32 /* that a machine can be given */
 #define THUNK_BYTES      16
 
 #endif
