@@ -83,6 +83,7 @@ TERMINALS := $(wildcard harness/bus/terminals/*.device)
 HOST_SRC := realtime.c shm.c product.c schedule.c extent.c servo_wire.c \
     servo_select.c \
     config.c config_keys.c config_check.c \
+    digest.c \
     catalogue.c text16.c evidence.c plant.c host_select.c osc.c experiment.c \
     profile_shape.c \
     profile_motion.c \
@@ -104,6 +105,7 @@ HOST_SRC := realtime.c shm.c product.c schedule.c extent.c servo_wire.c \
     interp_file.c
 # What touches registers: once for each layout of the shared memories.
 LAYOUT_SRC := measure.c \
+    digest_take.c \
     plc.c \
     preempt.c \
     rewind.c \
@@ -139,6 +141,11 @@ CLI_SRC := main.c options.c output.c check.c run.c inspect.c inspect_text.c insp
     path.c
 CONFORMANCE_SRC := profile.c rules.c findings.c incidents.c rules_file.c rules_start.c rules_cycle.c \
     rules_machine.c \
+    again.c \
+    cases.c \
+    judge.c \
+    plan.c \
+    runs.c \
     check.c
 SOEM_SRC := ethercatbase.c ethercatcoe.c ethercatconfig.c ethercatdc.c ethercatmain.c ethercatprint.c ethercatsoe.c
 
