@@ -162,6 +162,13 @@ include tests/modules/image.mk
 $(addprefix $(BUILD)/obj/tests/,$(IMAGE_TESTS:=.o) image_support.o image_support_pe.o): ALL_CFLAGS += -DTEST_MODULES_DIR='"$(BUILD)/modules"'
 $(addprefix $(BUILD)/test/,$(IMAGE_TESTS)): $(BUILD)/obj/tests/image_support.o $(BUILD)/obj/tests/image_support_pe.o | $(IMAGE_MODULES)
 
+# Real modules of every format for the fuzzers to begin with.
+.PHONY: fuzz-seeds
+fuzz: fuzz-seeds
+fuzz-seeds: $(IMAGE_MODULES)
+	$(Q)for fuzzer in fuzz_image fuzz_image_deep; do mkdir -p $(BUILD)/fuzz/corpus-$$fuzzer && \
+	    cp -u $(IMAGE_MODULES) $(BUILD)/fuzz/corpus-$$fuzzer/ || exit 1; done
+
 $(BUILD)/test/%: $(BUILD)/obj/tests/%.o $(ROOM_OBJ)
 	@mkdir -p $(@D)
 	@echo "  LINK   $@"
