@@ -123,6 +123,7 @@ LAYOUT_SRC := measure.c \
     statistics.c \
     eeprom.c \
     can_memory.c \
+    entries.c \
     interpolator.c \
     interpolator_command.c
 LAYOUTS := gen4 gen5_905 gen5_906

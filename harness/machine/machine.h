@@ -224,8 +224,9 @@ int machine_seal(struct machine *machine, int evidence_fd, char why[MACHINE_WHY]
 void machine_timing(struct machine *machine, bool on);
 
 /* Calls the exported function with one pointer argument on the module's own stack. Never fails to
- * return. function is an address of the module (image_symbol.vaddr). When the outcome is not
- * MACHINE_RETURNED the host may go on calling, but a service that was cut short is not resumed. */
+ * return. function is an address of the module (image_symbol.vaddr), on Arm with bit 0 set when it
+ * is Thumb code. When the outcome is not MACHINE_RETURNED the host may go on calling, but a service
+ * that was cut short is not resumed. */
 void machine_call(struct machine *machine, uint64_t function, void *argument,
                   struct machine_outcome *outcome);
 
@@ -277,9 +278,8 @@ void *machine_address(const struct machine *machine, uint64_t vaddr);
 bool machine_vaddr(const struct machine *machine, const void *address, uint64_t *vaddr);
 
 /*
- * What machine_service() puts around a service; for functions of the host that are called in another
- * way:
- *   machine_service_enter(m, "pswprintf", __builtin_return_address(0)); ...
+ * What machine_service() puts around a service; for functions of the host that are called in
+ * another way: machine_service_enter(m, "pswprintf", __builtin_return_address(0)); ...
  * machine_service_leave(m); leave does not return when the call has been declared hung meanwhile.
  * Services may use one another: the outermost one is charged.
  */
