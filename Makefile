@@ -137,6 +137,12 @@ CLI_SRC := main.c options.c output.c check.c run.c inspect.c inspect_text.c insp
     eeprom.c \
     path.c
 CONFORMANCE_SRC := profile.c rules.c findings.c incidents.c rules_file.c rules_start.c rules_cycle.c \
+    rules_file_code.c \
+    rules_file_exports.c \
+    rules_file_load.c \
+    rules_file_memory.c \
+    rules_file_names.c \
+    rules_file_runtime.c \
     rules_machine.c \
     again.c \
     cases.c \

@@ -9,6 +9,12 @@ static const char *const six_exports[] = { "Program_Ini", "Program_01", "Program
 static const char *const five_exports[] = { "Program_Ini", "Program_01", "Program_02", "Program_03",
                                             "Program_04", NULL };
 
+/* The manual gives the controllers' modules 8 MiB at a fixed address, and no figure elsewhere, nor
+ * one for the stack: those are ours (docs/decisions.md, H18). */
+#define REGION_CONTROLLER IMAGE_FLAT_REGION
+#define REGION_OPEN       (64u << 20)
+#define STACK_ALL         (64u << 10)
+
 static const struct profile profiles[] = {
 #define PROFILE(...) { __VA_ARGS__ },
 #include "conformance/profiles/pc4.def"

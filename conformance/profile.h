@@ -8,6 +8,7 @@
 #define CONFORMANCE_PROFILE_H
 
 #include <stddef.h>
+#include <stdint.h>
 
 #include "host/product.h"
 #include "image/image.h"
@@ -20,6 +21,8 @@ struct profile {
     const char *wanted;         /* format and target in words, for messages */
     const char *const *exports; /* names a module must export, and no others; ends with NULL */
     const char *optional;       /* one that it may export; NULL: none */
+    uint64_t region_bytes;      /* memory that there is for the module */
+    uint32_t stack_bytes;       /* stack that one call of it may take */
 };
 
 /* By name or index, NULL when there is none. */
