@@ -33,6 +33,10 @@ IMAGE_SRC := image.c image_sort.c image_text.c elf.c elf_kinds.c elf_header.c el
     code_arm.c \
     code_map.c \
     code_x86.c \
+    code_special.c \
+    census.c \
+    census_bytes.c \
+    census_users.c \
     stack.c \
     stack_graph.c \
     stack_returns.c \
@@ -136,11 +140,18 @@ CLI_SRC := main.c options.c output.c check.c run.c inspect.c inspect_text.c insp
     configuration.c \
     capture.c bus.c plot.c scope.c \
     record.c \
+    machine.c \
     scenario.c \
     device.c \
     eeprom.c \
     path.c
 CONFORMANCE_SRC := profile.c rules.c findings.c incidents.c rules_file.c rules_start.c rules_cycle.c \
+    rules_file_code.c \
+    rules_file_exports.c \
+    rules_file_load.c \
+    rules_file_memory.c \
+    rules_file_names.c \
+    rules_file_runtime.c \
     rules_machine.c \
     again.c \
     cases.c \
