@@ -34,6 +34,10 @@ IMAGE_SRC := image.c image_sort.c image_text.c elf.c elf_kinds.c elf_header.c el
     code_arm.c \
     code_map.c \
     code_x86.c \
+    code_special.c \
+    census.c \
+    census_bytes.c \
+    census_users.c \
     stack.c \
     stack_graph.c \
     stack_returns.c \
@@ -143,11 +147,18 @@ CLI_SRC := main.c options.c output.c check.c run.c inspect.c inspect_text.c insp
     configuration.c \
     capture.c bus.c plot.c scope.c \
     record.c \
+    machine.c \
     scenario.c \
     device.c \
     eeprom.c \
     path.c
 CONFORMANCE_SRC := profile.c rules.c findings.c incidents.c rules_file.c rules_start.c rules_cycle.c \
+    rules_file_code.c \
+    rules_file_exports.c \
+    rules_file_load.c \
+    rules_file_memory.c \
+    rules_file_names.c \
+    rules_file_runtime.c \
     rules_machine.c \
     again.c \
     cases.c \
@@ -211,6 +222,7 @@ bench: $(BUILD)/tgm $(BUILD)/test/bench $(BUILD)/test/bench_bus template-linked 
 
 FUZZ_SECONDS ?= 300
 FUZZERS := fuzz_image fuzz_text \
+    fuzz_image_deep \
     fuzz_segment \
     fuzz_faults \
     fuzz_code \
@@ -324,7 +336,12 @@ FUZZ_CC := clang -std=gnu11 -g -O1 $(INCLUDE) -fsanitize=fuzzer,address,undefine
 $(BUILD)/fuzz/fuzz_image: tests/fuzz_image.c tests/image_support.c tests/image_support_pe.c $(addprefix harness/image/,$(IMAGE_SRC)) | $(BUILD)/.deps-test
 	@mkdir -p $(@D)
 	@echo "  FUZZ   $@"
-	$(Q)$(FUZZ_CC) -o $@ $(filter %.c,$^) $(LIBS)
+	$(Q)$(FUZZ_CC) -O2 -o $@ $(filter %.c,$^) $(LIBS)
+
+$(BUILD)/fuzz/fuzz_image_deep: tests/fuzz_image.c tests/image_support.c tests/image_support_pe.c $(addprefix harness/image/,$(IMAGE_SRC)) | $(BUILD)/.deps-test
+	@mkdir -p $(@D)
+	@echo "  FUZZ   $@"
+	$(Q)$(FUZZ_CC) -DFUZZ_DEEP -o $@ $(filter %.c,$^) $(LIBS)
 
 $(BUILD)/fuzz/fuzz_code: tests/fuzz_code.c $(addprefix harness/image/,$(IMAGE_SRC)) | $(BUILD)/.deps-test
 	@mkdir -p $(@D)
