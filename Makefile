@@ -30,6 +30,7 @@ IMAGE_SRC := image.c image_sort.c image_text.c elf.c elf_kinds.c elf_header.c el
     image_child.c \
     pe_unwind.c \
     code.c \
+    code_step.c \
     code_arm.c \
     code_map.c \
     code_x86.c \
@@ -49,6 +50,12 @@ MACHINE_SRC := load.c poison.c regions.c call.c fault.c attribute.c watchdog.c s
     serve.c \
     reload.c \
     machine.c \
+    instrumented.c \
+    instrumented_call.c \
+    instrumented_fault.c \
+    instrumented_hooks.c \
+    cpu_x86.c \
+    cpu_arm.c \
     native.c \
     thread_block.c
 BUS_SRC := client.c client_cycle.c client_jobs.c client_map.c client_watch.c client_rewind.c fiber.c segment.c slave.c registers.c sii.c syncman.c fmmu.c al.c dc.c \
