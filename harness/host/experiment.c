@@ -156,13 +156,17 @@ static int play(struct job *job, struct evidence *evidence, int pipe_fd, struct 
     return 0;
 }
 
+static bool is_instrumented(const struct experiment *experiment, const struct image *image)
+{
+    char why[MACHINE_WHY];
+    return experiment->instrumented || machine_fits(image, MACHINE_NATIVE, why) != 0;
+}
+
 static int prepare(const struct experiment *experiment, struct host_config *around,
                    const struct image *image, uint64_t hang_ns, struct evidence *evidence,
                    struct machine **machine, struct host **host)
 {
-    char why[MACHINE_WHY];
-    evidence->instrumented =
-        experiment->instrumented || machine_fits(image, MACHINE_NATIVE, why) != 0;
+    evidence->instrumented = is_instrumented(experiment, image);
     const struct machine_config config = {
         .seed = around->seed,
         .kind = evidence->instrumented ? MACHINE_INSTRUMENTED : MACHINE_NATIVE,
@@ -346,6 +350,7 @@ int experiment_run(const struct experiment *experiment, const struct image *imag
                              experiment->cycles * (experiment->host.cycle_us > 1000
                                                        ? experiment->host.cycle_us * UINT64_C(2000)
                                                        : UINT64_C(2000000)),
+        .memory_bytes = is_instrumented(experiment, image) ? MACHINE_INSTRUMENTED_MEMORY : 0,
     };
     r = worker_run(body, job, shared, &limits, progress != NULL || bulk ? relay : NULL, forward,
                    bulk, &result->worker);

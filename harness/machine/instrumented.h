@@ -40,7 +40,8 @@ struct emulator;
 
 /* What differs by processor and calling convention. */
 struct emulator_cpu {
-    int arch, mode; /* Unicorn's */
+    uc_arch arch;
+    uc_mode mode;
     int pc, sp;
     unsigned word;
     unsigned slot;       /* bytes from one entry of the services' page to the next */
