@@ -68,8 +68,16 @@ static void run(const char *path, const struct target *target, bool instrumented
         fail_msg("%s: %s", path, why);
     assert_string_equal(image->defect, "");
     assert_int_equal(experiment_run(&experiment, image, NULL, NULL, NULL, to), 0);
-    if (to->evidence.trouble[0] != '\0')
-        fail_msg("%s: %s", path, to->evidence.trouble);
+    if (to->evidence.trouble[0] != '\0' || to->worker.end != WORKER_DONE)
+        fail_msg("%s: %s%s (%d %lld) in cycle %llu", path, to->evidence.trouble, to->worker.reason, (int)to->worker.end, (long long)to->worker.value,
+                 (unsigned long long)to->evidence.cycle);
+    for (unsigned i = 0; i < to->evidence.incident_count; i++)
+        fail_msg("%s: %s: signal %d at 0x%llx, %s+%lld", path,
+                 entry_name(to->evidence.incidents[i].entry),
+                 to->evidence.incidents[i].fault.signal,
+                 (unsigned long long)to->evidence.incidents[i].fault.pc,
+                 to->evidence.incidents[i].fault.region,
+                 (long long)to->evidence.incidents[i].fault.region_offset);
     image_close(image);
 }
 
