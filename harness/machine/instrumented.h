@@ -23,6 +23,8 @@
 #include "machine/arguments.h"
 #include "machine/machine_private.h"
 
+#define EMULATOR_SIGNALS 6
+
 /* Why the emulation stopped. */
 enum emulator_stop {
     EMULATOR_RUNNING,
@@ -129,7 +131,7 @@ struct emulator {
     sigjmp_buf escape;
     volatile int escaped_signal;
     volatile uint64_t escaped_address, escaped_error, escaped_ip;
-    struct sigaction borrowed[3];
+    struct sigaction borrowed[EMULATOR_SIGNALS];
     bool handling;
 
     struct emulator_memory memories[MAX_REGIONS];
