@@ -158,7 +158,7 @@ endif
 
 # The verdict covers what verify.sh refuses, too, and says it with clause and line: so it is asked
 # about the module as linked.
-tgm_judged = $(if $(filter elf64,$(TARGET)),yes)
+tgm_judged = $(if $(filter elf64 pe64,$(TARGET)),yes)
 TGM_PROFILE ?= $(if $(filter 4,$(TGM_GENERATION)),pc4,$(if $(filter 905,$(TGM_MEMORY_ID)),pc500,pc5))
 CONFIG      ?= $(wildcard controller.ini)
 tgm_played  := --profile $(TGM_PROFILE) $(if $(strip $(CONFIG)),--config $(CONFIG))
