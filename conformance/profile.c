@@ -6,8 +6,8 @@
 static const char *const six_exports[] = { "Program_Ini", "Program_01", "Program_02", "Program_03",
                                            "Program_04",  "Program_05", NULL };
 
-static const char *const five_exports[] = { "Program_Ini", "Program_01", "Program_02", "Program_03",
-                                            "Program_04", NULL };
+static const char *const five_exports[] = { "Program_Ini", "Program_01", "Program_02",
+                                            "Program_03",  "Program_04", NULL };
 
 /* The manual gives the controllers' modules 8 MiB at a fixed address, and no figure elsewhere, nor
  * one for the stack: those are ours (docs/decisions.md, H18). */

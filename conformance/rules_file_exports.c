@@ -126,8 +126,7 @@ void check_export_names(const struct case_file *file, struct findings *findings)
             export_missing(file, *wanted, findings);
     for (size_t i = 0; i < image->symbol_count; i++) {
         const struct image_symbol *symbol = &image->symbols[i];
-        if (symbol->exported && !is_wanted(file->profile, symbol->name) &&
-            !stands_in(file, symbol))
+        if (symbol->exported && !is_wanted(file->profile, symbol->name) && !stands_in(file, symbol))
             export_extra(file, symbol, findings);
     }
 }
@@ -154,9 +153,8 @@ static void judge_export(const struct case_file *file, const struct image_symbol
             finding_add(findings, "%s is exported but is not in executable memory", symbol->name),
             file, symbol->vaddr);
     else if (symbol->kind == IMAGE_SYMBOL_OBJECT)
-        finding_place(
-            finding_add(findings, "%s is exported but is declared as data", symbol->name), file,
-            symbol->vaddr);
+        finding_place(finding_add(findings, "%s is exported but is declared as data", symbol->name),
+                      file, symbol->vaddr);
 }
 
 void check_export_code(const struct case_file *file, struct findings *findings)
