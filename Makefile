@@ -20,7 +20,7 @@ ALL_CFLAGS = -std=gnu11 $(OPT) -ffp-contract=off $(WARN) $(INCLUDE) -MMD -MP $(C
 XML     := -isystem /usr/include/libxml2
 BUS_CFLAGS = -DEC_VER2 -Iharness/bus/port -isystem third_party/soem/soem -isystem third_party/soem/osal $(XML)
 SOEM_CFLAGS = -std=gnu11 -O2 -g -w -DEC_VER2 -Iharness -Iharness/bus/port -Ithird_party/soem/soem -Ithird_party/soem/osal $(CFLAGS)
-LIBS    := -lelf -ldw -lcapstone -lsodium -lseccomp -ljansson -linih -lxml2 -lm
+LIBS    := -lelf -ldw -lcapstone -lunicorn -lsodium -lseccomp -ljansson -linih -lxml2 -lm
 
 # --- sources -------------------------------------------------------------------------------------
 
@@ -45,7 +45,12 @@ IMAGE_SRC := image.c image_sort.c image_text.c elf.c elf_kinds.c elf_header.c el
     stack_walk.c
 MACHINE_SRC := load.c poison.c regions.c call.c fault.c attribute.c watchdog.c sandbox.c filter.c confine.c worker.c \
     interrupt.c \
-    reload.c
+    arguments.c \
+    serve.c \
+    reload.c \
+    machine.c \
+    native.c \
+    thread_block.c
 BUS_SRC := client.c client_cycle.c client_jobs.c client_map.c client_watch.c client_rewind.c fiber.c segment.c slave.c registers.c sii.c syncman.c fmmu.c al.c dc.c \
     watchdog.c mailbox.c coe.c coe_info.c od.c pdo.c cia402.c axis.c devices.c dev_drive.c drive.c drive_cyclic.c \
     drive_homing.c drive_od.c drive_profile.c wire.c \
@@ -82,6 +87,7 @@ TERMINALS := $(wildcard harness/bus/terminals/*.device)
 HOST_SRC := realtime.c shm.c product.c schedule.c extent.c servo_wire.c \
     servo_select.c \
     config.c config_keys.c config_check.c \
+    digest.c \
     catalogue.c text16.c evidence.c plant.c host_select.c osc.c experiment.c \
     profile_shape.c \
     profile_motion.c \
@@ -103,6 +109,7 @@ HOST_SRC := realtime.c shm.c product.c schedule.c extent.c servo_wire.c \
     interp_file.c
 # What touches registers: once for each layout of the shared memories.
 LAYOUT_SRC := measure.c \
+    digest_take.c \
     plc.c \
     preempt.c \
     rewind.c \
@@ -120,6 +127,7 @@ LAYOUT_SRC := measure.c \
     statistics.c \
     eeprom.c \
     can_memory.c \
+    entries.c \
     interpolator.c \
     interpolator_command.c
 LAYOUTS := gen4 gen5_905 gen5_906
@@ -132,6 +140,7 @@ CLI_SRC := main.c options.c output.c check.c run.c inspect.c inspect_text.c insp
     configuration.c \
     capture.c bus.c plot.c scope.c \
     record.c \
+    machine.c \
     scenario.c \
     device.c \
     eeprom.c \
@@ -154,6 +163,7 @@ SOEM_SRC := ethercatbase.c ethercatcoe.c ethercatconfig.c ethercatdc.c ethercatm
 
 ROOM_OBJ := $(addprefix $(BUILD)/obj/harness/image/,$(IMAGE_SRC:.c=.o)) \
     $(addprefix $(BUILD)/obj/harness/machine/,$(MACHINE_SRC:.c=.o)) $(BUILD)/obj/harness/machine/trampoline.o \
+    $(BUILD)/obj/harness/machine/thunks.o \
     $(addprefix $(BUILD)/obj/harness/bus/,$(BUS_SRC:.c=.o)) $(BUILD)/obj/harness/bus/fiber_switch.o \
     $(BUILD)/obj/harness/bus/terminals.o \
     $(addprefix $(BUILD)/obj/harness/host/,$(HOST_SRC:.c=.o)) $(LAYOUTS:%=$(BUILD)/obj/harness/host_%.o) \
@@ -205,6 +215,7 @@ bench: $(BUILD)/tgm $(BUILD)/test/bench $(BUILD)/test/bench_bus template-linked 
 
 FUZZ_SECONDS ?= 300
 FUZZERS := fuzz_image fuzz_text \
+    fuzz_image_deep \
     fuzz_segment \
     fuzz_faults \
     fuzz_code \
@@ -318,7 +329,12 @@ FUZZ_CC := clang -std=gnu11 -g -O1 $(INCLUDE) -fsanitize=fuzzer,address,undefine
 $(BUILD)/fuzz/fuzz_image: tests/fuzz_image.c tests/image_support.c tests/image_support_pe.c $(addprefix harness/image/,$(IMAGE_SRC)) | $(BUILD)/.deps-test
 	@mkdir -p $(@D)
 	@echo "  FUZZ   $@"
-	$(Q)$(FUZZ_CC) -o $@ $(filter %.c,$^) $(LIBS)
+	$(Q)$(FUZZ_CC) -O2 -o $@ $(filter %.c,$^) $(LIBS)
+
+$(BUILD)/fuzz/fuzz_image_deep: tests/fuzz_image.c tests/image_support.c tests/image_support_pe.c $(addprefix harness/image/,$(IMAGE_SRC)) | $(BUILD)/.deps-test
+	@mkdir -p $(@D)
+	@echo "  FUZZ   $@"
+	$(Q)$(FUZZ_CC) -DFUZZ_DEEP -o $@ $(filter %.c,$^) $(LIBS)
 
 $(BUILD)/fuzz/fuzz_code: tests/fuzz_code.c $(addprefix harness/image/,$(IMAGE_SRC)) | $(BUILD)/.deps-test
 	@mkdir -p $(@D)
@@ -335,7 +351,7 @@ $(BUILD)/fuzz/fuzz_config: tests/fuzz_config.c $(addprefix harness/host/,config.
 	@echo "  FUZZ   $@"
 	$(Q)$(FUZZ_CC) -o $@ $(filter %.c,$^) -linih
 
-$(BUILD)/fuzz/fuzz_text16: tests/fuzz_text16.c harness/host/text16.c | $(BUILD)/.deps-test
+$(BUILD)/fuzz/fuzz_text16: tests/fuzz_text16.c harness/host/text16.c harness/machine/arguments.c | $(BUILD)/.deps-test
 	@mkdir -p $(@D)
 	@echo "  FUZZ   $@"
 	$(Q)$(FUZZ_CC) -o $@ $(filter %.c,$^) -lm

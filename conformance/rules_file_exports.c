@@ -111,16 +111,55 @@ static bool names_nothing(const struct image *image)
     return true;
 }
 
+/* What one of the functions that GetProcAddress returned is not. */
+static void judge_looked_up(const struct case_file *file, const char *name, uint32_t function,
+                            struct findings *findings)
+{
+    const struct image_symbol *symbol = image_export(file->image, name);
+    if (image_segment_at(file->image, function & ~1u, 1) == NULL)
+        finding_add(findings, "GetProcAddress returns 0x%08x for %s, which is not in the image",
+                    function, name);
+    else if (symbol != NULL && (symbol->vaddr | symbol->thumb) != function)
+        finding_place(finding_add(findings,
+                                  "GetProcAddress returns 0x%08x for %s, the table TGM-EXPORTS-1 "
+                                  "says 0x%08x",
+                                  function, name, (unsigned)(symbol->vaddr | symbol->thumb)),
+                      file, function & ~1u);
+}
+
+/* A flat image has no table of its exports: GetProcAddress returns one (decision C4). */
+static void judge_lookup(const struct case_file *file, struct findings *findings)
+{
+    const struct evidence *evidence = case_evidence(file, EXPERIMENT_START, findings);
+    if (evidence == NULL)
+        return;
+    const struct evidence_lookup *lookup = &evidence->lookup;
+    if (!lookup->asked || evidence->incident_count > 0) {
+        if (names_nothing(file->image))
+            finding_not_judged(findings, "GetProcAddress did not return: what the image exports is "
+                                         "not known");
+        return;
+    }
+    if (!lookup->found) {
+        finding_add(findings,
+                    "GetProcAddress returns 0x%08x: there is no table of the %s functions in the "
+                    "image's memory",
+                    lookup->table, how_many(file->profile));
+        return;
+    }
+    for (size_t i = 0; file->profile->exports[i] != NULL; i++)
+        judge_looked_up(file, file->profile->exports[i], lookup->functions[i], findings);
+}
+
 void check_export_names(const struct case_file *file, struct findings *findings)
 {
     const struct image *image = file->image;
     if (file_unreadable(file, findings))
         return;
-    if (names_nothing(image)) {
-        finding_not_judged(findings, "a flat image does not say what it exports; only one built "
-                                     "with the SDK has a table of it (TGM-EXPORTS-1)");
+    if (image->format == IMAGE_FORMAT_FLAT)
+        judge_lookup(file, findings);
+    if (names_nothing(image))
         return;
-    }
     for (const char *const *wanted = file->profile->exports; *wanted != NULL; wanted++)
         if (image_export(image, *wanted) == NULL)
             export_missing(file, *wanted, findings);

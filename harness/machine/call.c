@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
-/* call.c - one call into the module, seen from the host; and the brackets around host services. */
+/* call.c - one native call into the module, seen from the host; and the brackets around services.
+ */
 #include <signal.h>
 #include <string.h>
 
@@ -31,6 +32,11 @@ static const struct {
     { STATE_SEEN_X87, UINT64_MAX, MACHINE_ABI_X87_CONTROL },
     { STATE_SEEN_X87TAG, UINT64_MAX, MACHINE_ABI_X87_STACK },
     { STATE_SEEN_FS, UINT64_MAX, MACHINE_ABI_FS },
+    { STATE_SEEN_DI, UINT64_MAX, MACHINE_ABI_RDI },
+    { STATE_SEEN_SI, UINT64_MAX, MACHINE_ABI_RSI },
+    { STATE_SEEN_XMM, UINT64_MAX, MACHINE_ABI_XMM },
+    { STATE_SEEN_GS, UINT64_MAX, MACHINE_ABI_GS },
+    { STATE_SEEN_WINDOWS_X87, UINT64_MAX, MACHINE_ABI_X87_CONTROL },
 };
 
 static unsigned what_was_broken(void)
@@ -68,6 +74,7 @@ static void forget_frames(const struct machine *machine)
 static __attribute__((noinline)) void irregular(const struct machine *machine, uint64_t how,
                                                 struct machine_outcome *outcome)
 {
+    machine_thread_block_restore();
     if (how == LEFT_BROKEN) {
         outcome->kind = MACHINE_RETURNED;
         outcome->abi_broken = what_was_broken();
@@ -79,8 +86,8 @@ static __attribute__((noinline)) void irregular(const struct machine *machine, u
     outcome->value = 0;
 }
 
-void machine_call(struct machine *machine, uint64_t function, void *argument,
-                  struct machine_outcome *outcome)
+void machine_native_call(struct machine *machine, uint64_t function, void *argument,
+                         struct machine_outcome *outcome)
 {
     uint64_t begin = machine->timing ? now_ns() : 0;
     struct machine_left left;
@@ -93,6 +100,7 @@ void machine_call(struct machine *machine, uint64_t function, void *argument,
     outcome->elapsed_ns = machine->timing ? now_ns() - begin : 0;
     outcome->kind = MACHINE_RETURNED;
     outcome->abi_broken = 0;
+    outcome->instructions = outcome->stack_bytes = 0;
     outcome->value = left.value;
     if (machine->config.interruptible)
         machine_level_end(machine);
@@ -100,12 +108,8 @@ void machine_call(struct machine *machine, uint64_t function, void *argument,
         irregular(machine, left.how, outcome);
 }
 
-void machine_timing(struct machine *machine, bool on)
-{
-    machine->timing = on;
-}
-
-void machine_service_enter(struct machine *machine, const char *service, void *return_address)
+void machine_native_service_enter(struct machine *machine, const char *service,
+                                  void *return_address)
 {
     if (machine_incident.service_depth == 0) {
         if (machine->config.interruptible)
@@ -128,7 +132,7 @@ static __attribute__((noinline)) void leave_hung(const struct machine *machine)
     machine_abandon();
 }
 
-void machine_service_leave(struct machine *machine)
+void machine_native_service_leave(struct machine *machine)
 {
     if (machine_incident.service_depth == 0)
         return;
