@@ -2,21 +2,24 @@
 # Test programs and the modules they need; included by the Makefile.
 
 FIXTURE_DIR := $(BUILD)/fixtures
-FIXTURES := $(patsubst conformance/fixtures/%.c,$(FIXTURE_DIR)/%.tgm,$(wildcard conformance/fixtures/*/*.c))
+FIXTURE_SOURCES := $(foreach suffix,c cpp S,$(wildcard conformance/fixtures/*/*.$(suffix)))
+FIXTURES := $(patsubst conformance/fixtures/%,$(FIXTURE_DIR)/%.tgm,$(basename $(FIXTURE_SOURCES)))
 
 MODULE_CFLAGS := -std=c11 -O2 -g -ffreestanding -fPIC -fvisibility=hidden -fshort-wchar -fno-stack-protector \
     -fno-asynchronous-unwind-tables -Wall -Wextra -Werror -Isdk/include -ffile-prefix-map=$(CURDIR)/=
 FIXTURE_LDFLAGS := -nostdlib -shared -Wl,-Bsymbolic -Wl,-e,0 -Wl,--hash-style=gnu -Wl,-z,noexecstack \
     -Wl,--build-id=none
 
-# A fixture may say "flags: ..." in its second line: added to compiler and linker; -r: linked no further.
-$(FIXTURE_DIR)/%.tgm: conformance/fixtures/%.c conformance/fixtures/base.h sdk/include/tgm_plc.h \
-    sdk/include/tgm/layout_gen4.h sdk/src/mem.c | $(BUILD)/.deps
-	@mkdir -p $(@D)
-	@echo "  MODULE $<"
-	$(Q)flags=$$(sed -n '2s/.*flags: \(.*\) \*\/$$/\1/p' $<); link="$(FIXTURE_LDFLAGS)"; \
-	    [ "$$flags" != -r ] || link=-nostdlib; \
-	    gcc $(MODULE_CFLAGS) -fno-builtin -o $@ $< sdk/src/mem.c $$link $$flags -Wl,-w
+# tests/fixture.sh says what a fixture's first lines may ask for.
+FIXTURE_MADE_WITH := tests/fixture.sh conformance/fixtures/base.h conformance/fixtures/hidden.h sdk/include/tgm_plc.h \
+    sdk/include/tgm/layout_gen4.h sdk/src/mem.c
+define fixture_rule
+$(FIXTURE_DIR)/%.tgm: conformance/fixtures/%.$(1) $(FIXTURE_MADE_WITH) | $(BUILD)/.deps
+	@mkdir -p $$(@D)
+	@echo "  MODULE $$<"
+	$$(Q)V=$$(V) FIXTURE_CFLAGS="$$(filter-out -std=%,$$(MODULE_CFLAGS))" tests/fixture.sh $$< $$@
+endef
+$(foreach suffix,c cpp S,$(eval $(call fixture_rule,$(suffix))))
 
 # Each test program: its own source and what of the rooms it needs (all of them: they are small).
 UNIT_TESTS := test_osc test_text16 test_catalogue test_fixtures \
