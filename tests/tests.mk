@@ -3,7 +3,8 @@
 
 FIXTURE_DIR := $(BUILD)/fixtures
 FIXTURE_SOURCES := $(foreach suffix,c cpp S,$(wildcard conformance/fixtures/*/*.$(suffix)))
-FIXTURES := $(patsubst conformance/fixtures/%,$(FIXTURE_DIR)/%.tgm,$(basename $(FIXTURE_SOURCES)))
+FIXTURE_NAMES := $(patsubst conformance/fixtures/%,$(FIXTURE_DIR)/%,$(basename $(FIXTURE_SOURCES)))
+FIXTURES := $(foreach name,$(FIXTURE_NAMES),$(name).tgm$(if $(findstring flat,$(notdir $(name))),.bin))
 
 MODULE_CFLAGS := -std=c11 -O2 -g -ffreestanding -fPIC -fvisibility=hidden -fshort-wchar -fno-stack-protector \
     -fno-asynchronous-unwind-tables -Wall -Wextra -Werror -Isdk/include -ffile-prefix-map=$(CURDIR)/=
@@ -14,12 +15,12 @@ FIXTURE_LDFLAGS := -nostdlib -shared -Wl,-Bsymbolic -Wl,-e,0 -Wl,--hash-style=gn
 FIXTURE_MADE_WITH := tests/fixture.sh conformance/fixtures/base.h conformance/fixtures/hidden.h sdk/include/tgm_plc.h \
     sdk/include/tgm/layout_gen4.h sdk/src/mem.c
 define fixture_rule
-$(FIXTURE_DIR)/%.tgm: conformance/fixtures/%.$(1) $(FIXTURE_MADE_WITH) | $(BUILD)/.deps
+$(FIXTURE_DIR)/%$(2): conformance/fixtures/%.$(1) $(FIXTURE_MADE_WITH) | $(BUILD)/.deps-test
 	@mkdir -p $$(@D)
 	@echo "  MODULE $$<"
 	$$(Q)V=$$(V) FIXTURE_CFLAGS="$$(filter-out -std=%,$$(MODULE_CFLAGS))" tests/fixture.sh $$< $$@
 endef
-$(foreach suffix,c cpp S,$(eval $(call fixture_rule,$(suffix))))
+$(foreach suffix,c cpp S,$(foreach ending,.tgm .tgm.bin,$(eval $(call fixture_rule,$(suffix),$(ending)))))
 
 # Each test program: its own source and what of the rooms it needs (all of them: they are small).
 UNIT_TESTS := test_osc test_text16 test_catalogue test_fixtures \
@@ -184,6 +185,7 @@ $(BUILD)/obj/tests/test_fixtures.o: ALL_CFLAGS += -DFIXTURE_DIR='"$(FIXTURE_DIR)
 fixtures: $(FIXTURES) ## build the rules' fixture modules
 test-programs: $(addprefix $(BUILD)/test/,$(UNIT_TESTS) $(SDK_TESTS) $(IMAGE_TESTS) $(MACHINE_TESTS) $(BUS_TESTS) $(HOST_TESTS)) $(FIXTURES)
 
+-include $(wildcard $(FIXTURE_DIR)/*/*.d)
 -include $(wildcard $(BUILD)/obj/tests/*.d $(BUILD)/obj/sdk-host/*.d)
 
 # SOEM's own sources with its own port for Linux, as its users build them, under a walker of ours.
