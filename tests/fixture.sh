@@ -3,7 +3,7 @@
 #
 # fixture.sh SOURCE OUTPUT - builds one module of a rule's fixtures. In its first lines the source may say
 #   flags: ...     added to compiler and linker; -r: linked no further
-#   target: ...    elf64 (default), pe64, pe32 (mingw), msvc64, msvc32 (clang and lld-link), arm, flat
+#   target: ...    elf64 (default), pe64, pe32 (mingw), msvc64 (clang and lld-link), arm (for TGMmini)
 # V=1 shows the command. Needs FIXTURE_CFLAGS.
 set -eu
 
@@ -28,29 +28,64 @@ case $source in
 esac
 compiler() { [ -n "$suffix" ] && echo "$1" | sed 's/gcc$/g++/; s/clang$/clang++/' || echo "$1"; }
 
-mingw() {
-    # shellcheck disable=SC2086
-    run "$(compiler "$1-w64-mingw32-gcc")" $language $common -fno-builtin -mno-stack-arg-probe -o "$output" "$source" \
-        -nostdlib -shared -static -Wl,-e,0 -Wl,--no-insert-timestamp -Wl,--dynamicbase,--nxcompat "$2" $flags -lgcc
+# The .def file that exports the six functions, unless the fixture brings its own.
+definitions() {
+    case $flags in
+    *.def*) ;;
+    *) echo "$1" ;;
+    esac
 }
 
+mingw() {
+    # shellcheck disable=SC2086,SC2046
+    run $(compiler "$1-w64-mingw32-gcc") $language $common -fno-builtin -o "$output" "$source" \
+        -nostdlib -shared -static -Wl,-e,0 -Wl,--no-insert-timestamp -Wl,--dynamicbase,--nxcompat \
+        -Wl,--exclude-all-symbols $(definitions "$2") $flags -lgcc
+}
+
+# Import library for a flag like kernel32.lib: with the one function that fixtures import.
+import_library() {
+    printf 'LIBRARY %s.dll\nEXPORTS\n    Sleep\n' "${1%.lib}" >"$output.def"
+    run llvm-dlltool -m "$2" -d "$output.def" -l "$output.lib"
+}
+
+# What begins with a slash is the linker's.
 msvc() {
     compile=
-    link=
+    link=/DEF:sdk/link/pe64.def
     for flag in $flags; do
         case $flag in
+        /EXPORT:*) link="${link#/DEF:sdk/link/pe64.def} $flag" ;;
         /*) link="$link $flag" ;;
+        *.lib)
+            import_library "$flag" "$2"
+            link="$link $output.lib"
+            ;;
         *) compile="$compile $flag" ;;
         esac
     done
+    # shellcheck disable=SC2086,SC2046
+    run $(compiler clang) --target="$1-pc-windows-msvc" $language $common -gdwarf-4 -fno-builtin $compile -c -o "$output.obj" "$source"
     # shellcheck disable=SC2086
-    run "$(compiler clang)" --target="$1"-pc-windows-msvc $language $common -gcodeview -fno-builtin $compile -c -o "$output.obj" "$source"
+    run lld-link /DLL /NOENTRY /NODEFAULTLIB /Brepro /DEBUG:DWARF $link /OUT:"$output" "$output.obj"
+}
+
+arm() {
     # shellcheck disable=SC2086
-    run lld-link /DLL /NOENTRY /NODEFAULTLIB /Brepro /DEBUG /PDB:"$output.pdb" /DEF:sdk/link/pe64.def /OUT:"$output" "$output.obj" $link
+    run arm-linux-gnueabihf-gcc $language $common -fno-builtin -DTGM_GENERATION=5 -DTGM_TEXT8 -marm -march=armv7-a \
+        -mfpu=vfpv3-d16 -o "$output" "$source" sdk/src/start.c sdk/src/text8.c sdk/src/text16.c sdk/src/number.c \
+        sdk/src/mem.c -nostdlib -shared -Wl,-T,sdk/link/arm32.ld -Wl,--version-script=sdk/link/elf64.map \
+        -Wl,-z,noexecstack -Wl,-Bsymbolic -Wl,-e,0 -Wl,--hash-style=gnu -Wl,-z,norelro -Wl,-z,max-page-size=4096 \
+        -Wl,--build-id=none -Wl,--gc-sections $flags -lgcc
 }
 
 # shellcheck disable=SC2153
 common=$FIXTURE_CFLAGS
+case $target in
+pe64 | pe32 | msvc64)
+    common=$(echo "$common" | sed 's/-fPIC//; s/-fvisibility=hidden//; s/-fshort-wchar//')
+    ;;
+esac
 link="-nostdlib -shared -Wl,-Bsymbolic -Wl,-e,0 -Wl,--hash-style=gnu -Wl,-z,noexecstack -Wl,--build-id=none"
 case $flags in
 -r) link=-nostdlib ;;
@@ -69,8 +104,8 @@ elf64)
     ;;
 pe64) mingw x86_64 sdk/link/pe64.def ;;
 pe32) mingw i686 sdk/link/pe32.def ;;
-msvc64) msvc x86_64 ;;
-msvc32) msvc i686 ;;
+msvc64) msvc x86_64 i386:x86-64 ;;
+arm) arm ;;
 *)
     echo "$source: no target $target" >&2
     exit 1

@@ -19,6 +19,23 @@
 /* Enough for every fixture's deed (in cycle 20 at the latest), short enough to run them all. */
 #define CYCLES 60
 
+/* pc4, or the first that loads such a file. */
+static const struct profile *profile_for(const char *path)
+{
+    struct image *image;
+    char why[IMAGE_WHY];
+    const struct profile *profile = profile_find("pc4");
+    if (image_open(&image, path, why) != 0)
+        fail_msg("%s", why);
+    for (size_t i = 0; image->defect[0] == '\0' && !profile_loads(profile, image); i++) {
+        profile = profile_at(i);
+        if (profile == NULL)
+            fail_msg("no profile loads %s", path);
+    }
+    image_close(image);
+    return profile;
+}
+
 static struct check *checked(const char *path, const struct check_scenario *scenario)
 {
     struct check *check;
@@ -26,7 +43,7 @@ static struct check *checked(const char *path, const struct check_scenario *scen
     const struct check_options options = {
         .path = path,
         .tool = "test",
-        .profile = profile_find("pc4"),
+        .profile = profile_for(path),
         .seed = 1,
         .cycles = CYCLES,
         .scenarios = scenario,
@@ -70,7 +87,7 @@ static void judge_bad(const char *path, const char *id, const struct check_scena
     struct check *check = checked(path, scenario);
     const struct report *report = check_report(check);
     const bool fails = rule_find(id)->severity == SEVERITY_MUST;
-    bool right = report->verdict == (fails ? VERDICT_FAIL : VERDICT_PASS);
+    bool right = (report->verdict == VERDICT_FAIL) == fails;
     for (size_t i = 0; i < report->rule_count; i++)
         right = right &&
                 (report->rules[i].outcome == RULE_FAILED) == (strcmp(report->rules[i].id, id) == 0);

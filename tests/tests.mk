@@ -14,7 +14,7 @@ FIXTURE_LDFLAGS := -nostdlib -shared -Wl,-Bsymbolic -Wl,-e,0 -Wl,--hash-style=gn
 FIXTURE_MADE_WITH := tests/fixture.sh conformance/fixtures/base.h conformance/fixtures/hidden.h sdk/include/tgm_plc.h \
     sdk/include/tgm/layout_gen4.h sdk/src/mem.c
 define fixture_rule
-$(FIXTURE_DIR)/%.tgm: conformance/fixtures/%.$(1) $(FIXTURE_MADE_WITH) | $(BUILD)/.deps
+$(FIXTURE_DIR)/%.tgm: conformance/fixtures/%.$(1) $(FIXTURE_MADE_WITH) | $(BUILD)/.deps-test
 	@mkdir -p $$(@D)
 	@echo "  MODULE $$<"
 	$$(Q)V=$$(V) FIXTURE_CFLAGS="$$(filter-out -std=%,$$(MODULE_CFLAGS))" tests/fixture.sh $$< $$@
