@@ -32,6 +32,7 @@
 #define ON_CYCLES                                                                                  \
     (EXPERIMENT_SET(CYCLE_250) | EXPERIMENT_SET(CYCLE_500) | EXPERIMENT_SET(CYCLE_1000))
 #define ON_GOOD_RUNS (ON_START | ON_CYCLES)
+#define ON_EVERY_START (ON_START | ON_NULL_DATA | ON_SIZES | ON_NULL_FUNCTIONS | ON_WRONG_ID)
 #define ON_SCENARIOS (UINT64_C(1) << 63) /* none of experiments.def: those that the user brings */
 
 static inline bool experiment_in(uint64_t set, int id)

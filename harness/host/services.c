@@ -87,9 +87,7 @@ static void service_sleep(GENERATION(TGM_LARGE_INTEGER, PLC_LARGE_INTEGER) * pau
 {
     machine_service_enter(service_host->machine, "pSleepFt", __builtin_return_address(0));
     (void)*(volatile int64_t *)&pause->QuadPart;
-    const enum entry entry = service_host->evidence->entry;
-    if (entry == ENTRY_04 || entry == ENTRY_05)
-        service_host->evidence->sleeps_in_04_05++;
+    watch_sleep(service_host, __builtin_return_address(0));
     machine_service_leave(service_host->machine);
 }
 
