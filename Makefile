@@ -79,6 +79,7 @@ HOST_SRC := realtime.c shm.c product.c schedule.c extent.c servo_wire.c \
     servo_select.c \
     audit.c \
     config.c config_keys.c config_check.c \
+    digest.c \
     catalogue.c text16.c evidence.c plant.c host_select.c osc.c experiment.c \
     profile_shape.c \
     profile_motion.c \
@@ -101,6 +102,7 @@ HOST_SRC := realtime.c shm.c product.c schedule.c extent.c servo_wire.c \
 # What touches registers: once for each layout of the shared memories.
 LAYOUT_SRC := measure.c \
     watch.c \
+    digest_take.c \
     plc.c \
     preempt.c \
     rewind.c \

@@ -91,6 +91,8 @@ void evidence_clean(struct evidence *evidence)
     audit_clean(&evidence->audit);
     for (unsigned i = 0; i < EVIDENCE_INTERRUPTS; i++)
         clean_entry(&evidence->interrupts[i].entry);
+    if (evidence->digest.state_count > DIGEST_STATES)
+        evidence->digest.state_count = DIGEST_STATES;
     clean_bool(&evidence->clock.used);
     end_text(evidence->clock.notice, sizeof evidence->clock.notice);
     end_text(evidence->trouble, sizeof evidence->trouble);

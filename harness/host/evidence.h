@@ -15,6 +15,7 @@
 
 #include "bus/bus.h"
 #include "host/audit.h"
+#include "host/digest.h"
 #include "host/product.h"
 #include "host/realtime.h"
 #include "host/scenario_value.h"
@@ -164,6 +165,7 @@ struct evidence {
     uint64_t wkc_errors; /* exchanges with a working counter below the expected one, once in OP */
     size_t stack_used;   /* bytes */
     unsigned slaves;
+    struct digest digest;
 
     struct audit_record audit; /* audit.h */
 

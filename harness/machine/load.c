@@ -168,7 +168,7 @@ static int map_image(struct machine *machine, const struct image *image, char wh
 {
     struct machine_region *region = machine_region_add(machine, "module");
     size_t span = image->span_end - image->span_begin;
-    int error = machine_reserve(&region->around, machine->config.seed, machine->region_count,
+    int error = machine_reserve(&region->around, machine_place_seed(machine), machine->region_count,
                                 span + 2 * HULL_GUARD);
 
     if (error != 0)
@@ -189,7 +189,7 @@ static int map_image(struct machine *machine, const struct image *image, char wh
         fill_slack(machine);
         copy_segments(machine, image);
         if (machine->config.poison)
-            machine_poison(image, machine->hull, machine->config.seed);
+            machine_poison(image, machine->hull, machine->config.poison, machine->config.seed);
         relocate(machine, image);
         error = protect(machine, false);
     }

@@ -17,9 +17,10 @@
 #define MAP_FIXED_NOREPLACE 0x100000
 #endif
 
-#define PLACES_BEGIN (1ull << 45)
-#define PLACES_SIZE  (1ull << 45)
-#define PLACE_TRIES  64
+#define PLACES_BEGIN   (1ull << 45)
+#define PLACES_SIZE    (1ull << 45)
+#define PLACES_ORDINAL 0x706c61636573u
+#define PLACE_TRIES    64
 
 /* splitmix64 over a point in three dimensions. */
 uint64_t machine_mix(uint64_t seed, uint64_t a, uint64_t b)
@@ -54,6 +55,14 @@ static bool reserve_at(struct machine_reservation *out, uint64_t address, size_t
     }
     *out = (struct machine_reservation){ base, size };
     return true;
+}
+
+uint64_t machine_place_seed(const struct machine *machine)
+{
+    const struct machine_config *config = &machine->config;
+
+    return config->places == 0 ? config->seed
+                               : machine_mix(config->seed, PLACES_ORDINAL, config->places);
 }
 
 /*
@@ -104,7 +113,7 @@ static int map_stack(struct machine *machine, uint8_t **stack, char why[MACHINE_
 
     if (size > STACK_LIMIT)
         return machine_fail(why, -EFBIG, "module stack of %zu bytes is too large", size);
-    error = machine_reserve(&region->around, machine->config.seed, machine->region_count,
+    error = machine_reserve(&region->around, machine_place_seed(machine), machine->region_count,
                             HULL_GUARD + size + REGION_GUARD);
     if (error != 0)
         return machine_fail(why, error, "no address space for the module stack: %s",
@@ -191,7 +200,7 @@ int machine_map_shared(struct machine *machine, const char *name, size_t size, i
 
     if (error != 0)
         return error;
-    error = machine_reserve(&region->around, machine->config.seed, machine->region_count,
+    error = machine_reserve(&region->around, machine_place_seed(machine), machine->region_count,
                             pages + 2 * REGION_GUARD);
     if (error == 0) {
         *memory = region->around.base + REGION_GUARD;
@@ -221,7 +230,7 @@ int machine_map(struct machine *machine, const char *name, size_t size,
 
     if (error != 0)
         return error;
-    error = machine_reserve(&region->around, machine->config.seed, machine->region_count,
+    error = machine_reserve(&region->around, machine_place_seed(machine), machine->region_count,
                             pages + 2 * REGION_GUARD);
     if (error == 0) {
         module_pages = region->around.base + REGION_GUARD;
