@@ -69,7 +69,7 @@ void watch_end(const struct host *host, enum entry entry, const struct machine_o
 {
     struct audit_function *function = &host->evidence->audit.functions[entry];
     if (host->config.audit != NULL)
-        audit_end(host->config.audit, 0, 0);
+        audit_end(host->config.audit, outcome->instructions, outcome->stack_bytes);
     if (outcome->kind != MACHINE_RETURNED || outcome->abi_broken == 0)
         return;
     if (function->abi_broken == 0)
@@ -77,14 +77,14 @@ void watch_end(const struct host *host, enum entry entry, const struct machine_o
     function->abi_broken |= outcome->abi_broken;
 }
 
-void watch_sleep(const struct host *host, const void *return_address)
+void watch_sleep(const struct host *host)
 {
     struct evidence *evidence = host->evidence;
     struct audit_function *function = &evidence->audit.functions[evidence->entry];
     if (function->sleeps++ > 0)
         return;
     function->sleep_cycle = evidence->cycle;
-    if (!machine_vaddr(host->machine, return_address, &function->sleep_pc))
+    if (!machine_service_caller(host->machine, &function->sleep_pc))
         function->sleep_pc = 0;
 }
 
