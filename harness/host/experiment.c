@@ -162,6 +162,7 @@ static int prepare(const struct experiment *experiment, struct host_config *arou
 {
     const struct machine_config config = {
         .seed = around->seed,
+        .kind = experiment->instrumented ? MACHINE_INSTRUMENTED : MACHINE_NATIVE,
         .places = experiment->places,
         .poison =
             experiment->poison != MACHINE_POISON_NONE ? experiment->poison : MACHINE_POISON_SEEDED,

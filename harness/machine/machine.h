@@ -42,6 +42,15 @@
 
 struct machine;
 
+/* What writable data holds before the first call: TG Motion does not initialise globals. Words that
+ * a relocation patches and the RELRO range keep their values in any case. */
+enum machine_poison {
+    MACHINE_POISON_NONE,     /* the initial values of the file, zeros where it has none */
+    MACHINE_POISON_SEEDED,   /* a pattern that is a function of the seed */
+    MACHINE_POISON_INVERTED, /* the same with every bit turned over */
+    MACHINE_POISON_ZERO      /* all zeros, initial values as well */
+};
+
 /*
  * Two machines, the same in everything that a caller sees but where it says "instrumented".
  *
@@ -52,15 +61,6 @@ struct machine;
  * lies below 2 GiB. Time is instructions: nothing that a call does depends on the clock.
  */
 enum machine_kind { MACHINE_NATIVE, MACHINE_INSTRUMENTED };
-
-/* What writable data holds before the first call: TG Motion does not initialise globals. Words that
- * a relocation patches and the RELRO range keep their values in any case. */
-enum machine_poison {
-    MACHINE_POISON_NONE,     /* the initial values of the file, zeros where it has none */
-    MACHINE_POISON_SEEDED,   /* a pattern that is a function of the seed */
-    MACHINE_POISON_INVERTED, /* the same with every bit turned over */
-    MACHINE_POISON_ZERO      /* all zeros, initial values as well */
-};
 
 struct machine_config {
     enum machine_kind kind;
