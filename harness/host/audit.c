@@ -400,40 +400,14 @@ bool audit_line(const struct catalogue *catalogue, unsigned memory, uint32_t off
     return search.found;
 }
 
-/* Which element each of the line's indices is, in the order in which its name has them: that of the
- * memory, those of the arrays of structures, that of the register itself. */
-static size_t indices_of(const struct catalogue_line *line, uint32_t offset, size_t index[6])
-{
-    size_t count = 0, behind = offset % line->stride - line->offset;
-    if (line->memory->count > 1)
-        index[count++] = offset / line->stride;
-    for (size_t i = 0; i < line->array_count; i++) {
-        index[count++] = behind / line->arrays[i].stride;
-        behind %= line->arrays[i].stride;
-    }
-    if (line->count > 1)
-        index[count++] = behind / (line->size / line->count);
-    return count;
-}
-
 void audit_name(const struct catalogue *catalogue, unsigned memory, uint32_t offset,
                 char name[AUDIT_NAME])
 {
     struct catalogue_line line;
-    size_t index[6], next = 0, at = 0;
     const struct catalogue_memory *whose = catalogue_memory(catalogue, memory);
-    if (!audit_line(catalogue, memory, offset, &line)) {
-        snprintf(name, AUDIT_NAME, "%s + %u", whose != NULL ? whose->name : "memory", offset);
-        return;
-    }
-    const size_t count = indices_of(&line, offset, index);
-    name[0] = '\0';
-    for (const char *from = line.name; *from != '\0' && at + 24 < AUDIT_NAME; from++) {
-        name[at++] = *from;
-        if (*from == '[' && next < count) {
-            at += (size_t)snprintf(name + at, AUDIT_NAME - at, "%zu]", index[next++]);
-            from = strchr(from, ']');
-        }
-    }
-    name[at] = '\0';
+    if (audit_line(catalogue, memory, offset, &line))
+        catalogue_line_name(&line, offset, name, AUDIT_NAME);
+    else
+        snprintf(name, AUDIT_NAME, "byte %u of %s", offset,
+                 whose != NULL ? whose->name : "no memory");
 }

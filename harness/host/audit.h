@@ -31,8 +31,9 @@
 /* Whoever runs faster than this needs another motor; no register of TG Motion says what the axis
  * can do (decision H19). */
 #define AUDIT_AXIS_SPEED 100.0 /* rev/s */
-#define AUDIT_AXIS_JUMP  0.01  /* rev: how far from the axis a set-point may be that it is to hold \
-                                */
+#define AUDIT_AXIS_JUMP                                                                            \
+    0.01 /* rev: how far from the axis a set-point may be that it is to hold                       \
+          */
 
 /* What a register is to the judgement, bits. */
 enum audit_class {
@@ -144,8 +145,8 @@ void audit_motion(struct audit_record *record, enum audit_motion_kind kind, uint
 /* Makes a record that a worker wrote safe to read. */
 void audit_clean(struct audit_record *record);
 
-/* "SERVO[0].Position": the register at an offset of a memory, "TGM_Data + 16" where there is none.
- */
+/* "SERVO[0].Position": the register at an offset of a memory, "byte 16 of TGM_Data" where there is
+ * none. */
 void audit_name(const struct catalogue *catalogue, unsigned memory, uint32_t offset,
                 char name[AUDIT_NAME]);
 /* What the catalogue says of it; false where there is no register. */
