@@ -124,6 +124,7 @@ LAYOUT_SRC := measure.c \
     statistics.c \
     eeprom.c \
     can_memory.c \
+    entries.c \
     interpolator.c \
     interpolator_command.c
 LAYOUTS := gen4 gen5_905 gen5_906
@@ -136,6 +137,7 @@ CLI_SRC := main.c options.c output.c check.c run.c inspect.c inspect_text.c insp
     configuration.c \
     capture.c bus.c plot.c scope.c \
     record.c \
+    machine.c \
     scenario.c \
     device.c \
     eeprom.c \

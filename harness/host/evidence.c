@@ -72,6 +72,9 @@ void evidence_clean(struct evidence *evidence)
         clean_bool(&evidence->calls[i].disabled);
     clean_bool(&evidence->all_op);
     clean_bool(&evidence->eeprom.saved);
+    clean_bool(&evidence->instrumented);
+    clean_bool(&evidence->lookup.asked);
+    clean_bool(&evidence->lookup.found);
     if (evidence->eeprom.size > EVIDENCE_EEPROM)
         evidence->eeprom.size = EVIDENCE_EEPROM;
     if (evidence->axis_count > EVIDENCE_AXES)

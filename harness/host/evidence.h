@@ -114,6 +114,14 @@ struct evidence_eeprom {
     uint8_t data[EVIDENCE_EEPROM];
 };
 
+/* What GetProcAddress of a flat image returned when it was loaded last. */
+struct evidence_lookup {
+    bool asked;
+    bool found;     /* the table lies in the module's memory; without: functions mean nothing */
+    uint32_t table; /* its address */
+    uint32_t functions[ENTRY_COUNT]; /* as many as the product asks for; bit 0: Thumb code */
+};
+
 enum evidence_stage {
     EVIDENCE_NOTHING, /* the worker did not get as far as loading */
     EVIDENCE_LOADED,
@@ -158,7 +166,9 @@ struct evidence {
     uint64_t interrupt_count; /* all; the first EVIDENCE_INTERRUPTS are stored */
     struct evidence_interrupt interrupts[EVIDENCE_INTERRUPTS];
 
-    unsigned loads; /* of the module, besides the first */
+    unsigned loads;    /* of the module, besides the first */
+    bool instrumented; /* the emulated CPU ran it */
+    struct evidence_lookup lookup;
     struct evidence_clock clock;
 
     uint64_t op_cycle;   /* first cycle with every slave in OP, EVIDENCE_NO_CYCLE when never */

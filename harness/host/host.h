@@ -53,7 +53,7 @@ extern const struct plant plant_default;
 enum mutation_kind {
     MUTATION_NONE,
     MUTATION_NULL_DATA,     /* pData is NULL */
-    MUTATION_STRUCT_SIZE,   /* structSize = value */
+    MUTATION_STRUCT_SIZE,   /* structSize = value; half of it where pointers have 32 bits */
     MUTATION_NULL_FUNCTION, /* value is an enum plc_function: its pointer is NULL */
     MUTATION_COMPATIBILITY  /* HEADER.Compatibility_Id = value */
 };

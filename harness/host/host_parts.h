@@ -150,7 +150,7 @@ struct host {
     void *plc_data_module[ENTRY_COUNT];   /* what the module is given: read-only */
     size_t word_bytes;                    /* of those pointers */
     void *device_info, *device_name;      /* the module's: pcGetDeviceInfo_v and its text */
-    uint64_t entry_address[ENTRY_COUNT];
+    uint64_t entry_address[ENTRY_COUNT];  /* of the module; bit 0: Thumb code; 0: none */
 
     struct bus *bus;
     uint64_t bus_zero; /* bus time of the first cycle */
@@ -306,6 +306,8 @@ extern const struct host_part host_measure;
 
 /* host.c, for the files of PLC control */
 bool host_call(struct host *host, enum entry entry);
+/* A call that did not return as it should; the function is not called again. */
+void host_incident(struct host *host, enum entry entry, const struct machine_outcome *outcome);
 void host_slot(struct host *host); /* the next one of the schedule */
 void host_clear_parts(struct host *host);
 uint64_t host_time_of(const struct host *host);
@@ -325,6 +327,11 @@ void digest_close(struct host *host);
 
 /* interpolator_command.c: carries out INTERPOLATOR.Command, in front of a step. */
 void interpolator_command(const struct host *host, struct interpolator *in);
+
+/* entries.c: entry_address, when the host is made; and when a module has been loaded, before
+ * Program_Ini is called. False when that one is not found. */
+int entries_open(struct host *host, char why[HOST_WHY]);
+bool entries_load(struct host *host);
 
 /* memories.c */
 int memories_open(struct host *host, char why[HOST_WHY]);

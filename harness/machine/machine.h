@@ -223,8 +223,9 @@ int machine_seal(struct machine *machine, int evidence_fd, char why[MACHINE_WHY]
 void machine_timing(struct machine *machine, bool on);
 
 /* Calls the exported function with one pointer argument on the module's own stack. Never fails to
- * return. function is an address of the module (image_symbol.vaddr). When the outcome is not
- * MACHINE_RETURNED the host may go on calling, but a service that was cut short is not resumed. */
+ * return. function is an address of the module (image_symbol.vaddr), on Arm with bit 0 set when it
+ * is Thumb code. When the outcome is not MACHINE_RETURNED the host may go on calling, but a service
+ * that was cut short is not resumed. */
 void machine_call(struct machine *machine, uint64_t function, void *argument,
                   struct machine_outcome *outcome);
 
