@@ -139,6 +139,7 @@ CLI_SRC := main.c options.c output.c check.c run.c inspect.c inspect_text.c insp
     configuration.c \
     capture.c bus.c plot.c scope.c \
     record.c \
+    reports.c \
     scenario.c \
     device.c \
     eeprom.c \
