@@ -116,6 +116,7 @@ HOST_TESTS := test_scope test_host \
     test_gear \
     test_interpolator
 HOST_TESTS += test_services
+HOST_TESTS += test_digest
 HOST_TESTS += test_can
 HOST_TESTS += test_eeprom
 host_module_4 := -DTGM_GENERATION=4

@@ -111,6 +111,7 @@ int command_check(const struct command *command, int argc, char **argv)
     struct option_texts files = { .count = 0 };
     struct report_files reports = { .paths = { NULL } };
     const char *profile = "pc4", *module = NULL;
+    uint64_t jobs = 0;
     bool no_colour = false;
     const struct option table[] = {
         { "--profile", OPTION_TEXT, "NAME", "what is demanded: pc4 (default)", &profile, 0, 0 },
@@ -121,6 +122,8 @@ int command_check(const struct command *command, int argc, char **argv)
         { "--cycles", OPTION_NUMBER, "N",
           "cycles at each Cycle_Time (default: 10 s of machine time)", &options.cycles, 1,
           100000000 },
+        { "--jobs", OPTION_NUMBER, "N", "experiments at the same time (default: one for each core)",
+          &jobs, 1, 64 },
         { "--json", OPTION_TEXT, "FILE", "also write the verdict as JSON, - for standard output",
           &reports.paths[REPORT_JSON], 0, 0 },
         { "--junit", OPTION_TEXT, "FILE", "also as JUnit XML, for a CI system",
@@ -151,6 +154,7 @@ int command_check(const struct command *command, int argc, char **argv)
         options.capture = next_capture;
     }
     options.path = module;
+    options.jobs = (unsigned)jobs;
     options.profile = profile_or_complain(command, profile);
     if (options.profile == NULL)
         return EXIT_CALL;

@@ -28,7 +28,7 @@ static void clean_entry(enum entry *entry)
 static void clean_incident(struct evidence_incident *incident)
 {
     clean_entry(&incident->entry);
-    if ((unsigned)incident->kind > MACHINE_HANG)
+    if ((unsigned)incident->kind > MACHINE_UNSUPPORTED)
         incident->kind = MACHINE_FAULT;
     if ((unsigned)incident->fault.access > MACHINE_ACCESS_EXECUTE)
         incident->fault.access = MACHINE_ACCESS_NONE;
@@ -90,6 +90,8 @@ void evidence_clean(struct evidence *evidence)
     clean_play(evidence);
     for (unsigned i = 0; i < EVIDENCE_INTERRUPTS; i++)
         clean_entry(&evidence->interrupts[i].entry);
+    if (evidence->digest.state_count > DIGEST_STATES)
+        evidence->digest.state_count = DIGEST_STATES;
     clean_bool(&evidence->clock.used);
     end_text(evidence->clock.notice, sizeof evidence->clock.notice);
     end_text(evidence->trouble, sizeof evidence->trouble);

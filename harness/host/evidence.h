@@ -14,6 +14,7 @@
 #include <stdint.h>
 
 #include "bus/bus.h"
+#include "host/digest.h"
 #include "host/product.h"
 #include "host/realtime.h"
 #include "host/scenario_value.h"
@@ -164,6 +165,7 @@ struct evidence {
     uint64_t sleeps_in_04_05; /* SleepFt where it is forbidden */
     size_t stack_used;        /* bytes */
     unsigned slaves;
+    struct digest digest;
 
     volatile bool stop; /* the parent wants the run to end */
 

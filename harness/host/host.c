@@ -110,6 +110,7 @@ static void close_host(struct host *host)
     if (host->bus != NULL)
         bus_close(host->bus);
     interpolators_close(host);
+    digest_close(host);
     free(host);
 }
 

@@ -194,7 +194,8 @@ struct host {
     struct preempt preempt;
     struct realtime *real; /* NULL: the clock is virtual */
     struct measured measured;
-    struct host_copy *copy; /* of the start; NULL: TG Motion cannot begin anew */
+    struct digester *digester; /* NULL: no digest is wanted */
+    struct host_copy *copy;    /* of the start; NULL: TG Motion cannot begin anew */
     struct interpolator interpolators[INTERPOLATORS_MOST];
     size_t interpolator_count;
     bool path_started; /* the one of the configuration */
@@ -215,6 +216,7 @@ extern const struct host_part *const host_parts[];
 extern const struct host_part host_scope;
 extern const struct host_part host_scene;
 extern const struct host_part host_timers, host_servo, host_capture, host_motion, host_dio;
+extern const struct host_part host_digest;
 extern const struct host_part host_console, host_statistics, host_eeprom, host_safety, host_general,
     host_channels, host_can;
 extern const struct host_part host_timers, host_servo, host_capture, host_motion, host_dio,
@@ -310,6 +312,8 @@ uint32_t interpolator_step_us(const struct host *host);
 /* It stands there now, without having moved. */
 void interpolator_place(struct interpolator *in, const double position[INTERP_AXES]);
 void interpolators_close(struct host *host);
+/* digest_take.c */
+void digest_close(struct host *host);
 
 /* interpolator_command.c: carries out INTERPOLATOR.Command, in front of a step. */
 void interpolator_command(const struct host *host, struct interpolator *in);
