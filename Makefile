@@ -84,6 +84,7 @@ HOST_SRC := realtime.c shm.c product.c schedule.c extent.c servo_wire.c \
     catalogue.c text16.c evidence.c plant.c host_select.c osc.c experiment.c \
     profile_shape.c \
     profile_motion.c \
+    sketch.c \
     scenario_read.c \
     scenario_words.c \
     scenario_expression.c \
@@ -152,6 +153,8 @@ CONFORMANCE_SRC := profile.c rules.c findings.c incidents.c rules_file.c rules_s
     rules_machine.c \
     again.c \
     cases.c \
+    chronicle.c \
+    chronicle_plot.c \
     judge.c \
     plan.c \
     runs.c \

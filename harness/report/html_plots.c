@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
-/* Curves as line drawings: curves of one unit share a panel, each is the band between least and
- * greatest value of every bucket, so that no peak of a single cycle is lost. */
+/* Curves as line drawings: curves of one unit share a panel, each is a line in
+ * a band between least and greatest value of every bucket, so that no peak of a single cycle is
+ * lost. */
 #include <math.h>
 #include <string.h>
 
@@ -95,8 +96,13 @@ static size_t draw_band(const struct panel *panel, const struct plot_curve *curv
         fprintf(out, "%.1f %.1f ", x_of(panel, i), y_of(panel, curve->greatest[i]));
     for (size_t i = end; i-- > from;)
         fprintf(out, "%.1f %.1f ", x_of(panel, i), y_of(panel, curve->least[i]));
-    fprintf(out, "Z\" fill=\"%s\" stroke=\"%s\" stroke-width=\"1.4\" stroke-linejoin=\"round\"/>\n",
-            colour, colour);
+    fprintf(out, "Z\" fill=\"%s\" fill-opacity=\"0.3\"/>\n<path d=\"", colour);
+    for (size_t i = from; i < end; i++)
+        fprintf(out, "%c%.1f %.1f", i == from ? 'M' : 'L', x_of(panel, i),
+                y_of(panel, (curve->least[i] + curve->greatest[i]) / 2));
+    fprintf(out,
+            "\" fill=\"none\" stroke=\"%s\" stroke-width=\"1.5\" stroke-linejoin=\"round\"/>\n",
+            colour);
     return end;
 }
 
@@ -154,7 +160,7 @@ void html_plots(const struct report *r, FILE *out)
         fputs("<h2>What the machine did</h2>\n", out);
     for (size_t i = 0; i < r->plot_count; i++) {
         const struct plot_report *plot = &r->plots[i];
-        fputs("<figure>\n<figcaption class=\"weak\">", out);
+        fputs("<figure class=\"plots\">\n<figcaption class=\"weak\">", out);
         markup_text(out, plot->title);
         fputs("</figcaption>\n", out);
         for (size_t k = 0; k < plot->curve_count; k++)

@@ -12,7 +12,7 @@ static const struct {
     const char *lane, *style;
 } kinds[TIMELINE_KINDS] = {
     [TIMELINE_STATE] = { "states", "fill-accent" },
-    [TIMELINE_FAULT] = { "faults of the bus", "fill-warn" },
+    [TIMELINE_FAULT] = { "bus faults", "fill-warn" },
     [TIMELINE_MESSAGE] = { "messages", "fill-weak" },
     [TIMELINE_EXPECTATION] = { "expectations", "fill-bad" },
     [TIMELINE_INCIDENT] = { "incidents", "fill-bad" },
@@ -79,7 +79,7 @@ static void draw(const struct timeline_report *timeline, FILE *out)
 
 static void event_row(const struct timeline_event *event, FILE *out)
 {
-    fprintf(out, "<tr><td class=\"r\">%.4f s</td><td class=\"r weak\">", event->seconds);
+    fprintf(out, "<tr><td class=\"n\">%.4f s</td><td class=\"n weak\">", event->seconds);
     if (event->has_cycle)
         fprintf(out, "cycle %" PRIu64, event->cycle);
     fputs("</td><td class=\"n weak\">", out);
@@ -101,7 +101,7 @@ static void run(const struct timeline_report *timeline, FILE *out)
     markup_text(out, timeline->about);
     fputs("</span></figcaption>\n", out);
     draw(timeline, out);
-    fputs("</figure>\n<table class=\"quiet\">\n", out);
+    fputs("</figure>\n<table class=\"quiet events\">\n", out);
     for (size_t i = 0; i < rows; i++)
         event_row(&timeline->events[i], out);
     if (more > 0)
@@ -112,11 +112,69 @@ static void run(const struct timeline_report *timeline, FILE *out)
     fputs("</table>\n", out);
 }
 
+/* One as the others: a line is enough. */
+static bool quiet(const struct timeline_report *timeline)
+{
+    return !timeline->in_full && !has_kind(timeline, TIMELINE_FAULT) &&
+           !has_kind(timeline, TIMELINE_EXPECTATION) && !has_kind(timeline, TIMELINE_INCIDENT);
+}
+
+static const struct timeline_event *first_state(const struct timeline_report *timeline)
+{
+    for (size_t i = 0; i < timeline->event_count; i++)
+        if (timeline->events[i].kind == TIMELINE_STATE)
+            return &timeline->events[i];
+    return NULL;
+}
+
+static uint64_t messages(const struct timeline_report *timeline)
+{
+    uint64_t count = timeline->dropped;
+    for (size_t i = 0; i < timeline->event_count; i++)
+        if (timeline->events[i].kind == TIMELINE_MESSAGE)
+            count += timeline->events[i].count;
+    return count;
+}
+
+static void quiet_row(const struct timeline_report *timeline, FILE *out)
+{
+    fputs("<tr><td class=\"n\">", out);
+    markup_text(out, timeline->name);
+    fputs("</td><td class=\"weak\">", out);
+    markup_text(out, timeline->about);
+    fprintf(out, "</td><td class=\"r\">%.3g s</td><td class=\"weak\">", timeline->seconds);
+    const struct timeline_event *state = first_state(timeline);
+    if (state != NULL) {
+        markup_text(out, state->text);
+        fprintf(out, " after %.4f s", state->seconds);
+    }
+    fprintf(out, "</td><td class=\"r weak\">%" PRIu64 " message%s", messages(timeline),
+            messages(timeline) == 1 ? "" : "s");
+    fputs("</td></tr>\n", out);
+}
+
+static void quiet_runs(const struct report *r, FILE *out)
+{
+    bool any = false;
+    for (size_t i = 0; i < r->timeline_count; i++) {
+        if (!quiet(&r->timelines[i]))
+            continue;
+        if (!any)
+            fputs("<h3>Without incident</h3>\n<table class=\"quiet\">\n", out);
+        any = true;
+        quiet_row(&r->timelines[i], out);
+    }
+    if (any)
+        fputs("</table>\n", out);
+}
+
 void html_runs(const struct report *r, FILE *out)
 {
     if (r->timeline_count == 0)
         return;
     fputs("<h2>Runs</h2>\n", out);
     for (size_t i = 0; i < r->timeline_count; i++)
-        run(&r->timelines[i], out);
+        if (!quiet(&r->timelines[i]))
+            run(&r->timelines[i], out);
+    quiet_runs(r, out);
 }

@@ -89,7 +89,7 @@ struct timeline_event {
     bool has_cycle;
     uint64_t cycle;
     char source[32]; /* "Program_04", "bus" */
-    char text[256];
+    char text[FINDING_TEXT];
     uint64_t count; /* times it happened one after the other, at least 1 */
 };
 
@@ -101,6 +101,7 @@ struct timeline_report {
     struct timeline_event *events;
     size_t event_count;
     uint64_t dropped; /* events beyond those that are kept */
+    bool in_full;     /* of interest also where nothing but messages is in it */
 };
 
 /* A curve as buckets of equal length: least and greatest value of each, NaN where there is none. */
