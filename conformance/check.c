@@ -145,7 +145,9 @@ int check_run(struct check **out, const struct check_options *options, char why[
         goto out;
     note_cycles(check, options);
     const double judging = check_seconds();
-    check_judge(check, options);
+    r = check_judge(check, options);
+    if (r != 0)
+        snprintf(why, CHECK_WHY, "no memory");
     check->groups[GROUP_FILE].seconds += check_seconds() - judging;
 out:
     if (r != 0) {
@@ -167,6 +169,7 @@ void check_free(struct check *check)
         return;
     if (check->image != NULL)
         image_close(check->image);
+    chronicle_free(&check->chronicle);
     free(check->rules);
     free(check->chosen);
     free(check->findings);

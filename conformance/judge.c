@@ -30,7 +30,19 @@ static void judge_rule(struct check *check, const struct check_options *options,
         check_add_reproduction(options, rule, &findings->list[i]);
 }
 
-void check_judge(struct check *check, const struct check_options *options)
+/* The parts of the report that no rule makes. */
+static int tell(struct check *check, const struct case_file *file)
+{
+    struct report *report = &check->report;
+    const int r = chronicle_make(&check->chronicle, file);
+    report->timelines = check->chronicle.timelines;
+    report->timeline_count = check->chronicle.timeline_count;
+    report->plots = check->chronicle.plots;
+    report->plot_count = check->chronicle.plot_count;
+    return r;
+}
+
+int check_judge(struct check *check, const struct check_options *options)
 {
     struct report *report = &check->report;
     const char *shown = options->shown != NULL ? options->shown : options->path;
@@ -56,4 +68,5 @@ void check_judge(struct check *check, const struct check_options *options)
         if (outcome == RULE_NOT_JUDGED && counts && report->verdict != VERDICT_FAIL)
             report->verdict = VERDICT_INCOMPLETE;
     }
+    return tell(check, &file);
 }

@@ -8,6 +8,7 @@
 #include "cli/capture.h"
 #include "cli/cli.h"
 #include "cli/configuration.h"
+#include "cli/reports.h"
 #include "cli/scenario.h"
 #include "conformance/check.h"
 
@@ -47,36 +48,26 @@ static struct pcap *next_capture(void *argument, const char *experiment)
     return capture_pcap(&captures->current);
 }
 
-static int run(const struct command *command, const struct check_options *options, const char *json,
-               bool no_colour)
+static int run(const struct command *command, const struct check_options *options,
+               struct report_files *files, bool no_colour)
 {
     char why[CHECK_WHY];
     struct check *check;
-    struct output output = { 0 };
-    if (json != NULL && same_file(json, options->path))
-        return complain(command, "--json '%s' is the module itself", json);
-    int r = json != NULL ? output_open(&output, json) : 0;
-    if (r != 0)
-        return complain(command, "cannot write '%s': %s", json, strerror(-r));
+    if (report_files_open(files, command, options->path) != 0)
+        return EXIT_CALL;
+    FILE *stream = report_files_take_stdout(files) ? stderr : stdout;
     struct captures *captures = options->capture_argument;
-    r = check_run(&check, options, why);
+    const int r = check_run(&check, options, why);
     note_error(captures, capture_close(&captures->current));
     if (r != 0) {
-        output_close(&output, false);
+        report_files_drop(files);
         return complain(command, "%s", why);
     }
     const struct report *report = check_report(check);
-    const bool json_on_stdout = output.stream == stdout;
-    FILE *stream = json_on_stdout ? stderr : stdout;
     const bool colour = !no_colour && getenv("NO_COLOR") == NULL && isatty(fileno(stream));
     int status = status_of(report->verdict);
-    if (json != NULL) {
-        r = report_json(report, output.stream);
-        const int closed = output_close(&output, r == 0);
-        if (r != 0 || closed != 0)
-            status =
-                complain(command, "cannot write '%s': %s", json, strerror(r != 0 ? -r : -closed));
-    }
+    if (report_files_write(files, command, report) != 0)
+        status = EXIT_CALL;
     report_text(report, stream, colour);
     if (captures->error != 0 &&
         captures->error != -EBADMSG) /* that one is the worker's, and told */
@@ -118,7 +109,8 @@ int command_check(const struct command *command, int argc, char **argv)
                                      .tool = "tgm " TGM_VERSION_TEXT,
                                      .capture_argument = &captures };
     struct option_texts files = { .count = 0 };
-    const char *profile = "pc4", *json = NULL, *module = NULL;
+    struct report_files reports = { .paths = { NULL } };
+    const char *profile = "pc4", *module = NULL;
     uint64_t jobs = 0;
     bool no_colour = false;
     const struct option table[] = {
@@ -133,7 +125,13 @@ int command_check(const struct command *command, int argc, char **argv)
         { "--jobs", OPTION_NUMBER, "N", "experiments at the same time (default: one for each core)",
           &jobs, 1, 64 },
         { "--json", OPTION_TEXT, "FILE", "also write the verdict as JSON, - for standard output",
-          &json, 0, 0 },
+          &reports.paths[REPORT_JSON], 0, 0 },
+        { "--junit", OPTION_TEXT, "FILE", "also as JUnit XML, for a CI system",
+          &reports.paths[REPORT_JUNIT], 0, 0 },
+        { "--sarif", OPTION_TEXT, "FILE", "also as SARIF 2.1.0, for code viewers",
+          &reports.paths[REPORT_SARIF], 0, 0 },
+        { "--html", OPTION_TEXT, "FILE", "also as one HTML page (docs/reports.md)",
+          &reports.paths[REPORT_HTML], 0, 0 },
         { "--config", OPTION_TEXT, "FILE",
           "judge under this configuration of TG Motion (docs/configuration.md)",
           &options.around_path, 0, 0 },
@@ -167,7 +165,7 @@ int command_check(const struct command *command, int argc, char **argv)
             return status;
         options.around = &around;
     }
-    status = read_scenarios(command, &options, &files) ? run(command, &options, json, no_colour)
+    status = read_scenarios(command, &options, &files) ? run(command, &options, &reports, no_colour)
                                                        : EXIT_CALL;
     close_scenarios(&options);
     configuration_close(&configuration);
