@@ -163,6 +163,9 @@ CONFORMANCE_SRC := profile.c rules.c findings.c incidents.c rules_file.c rules_s
     rules_same.c \
     rules_machine.c \
     again.c \
+    archive_open.c \
+    archive_save.c \
+    waivers.c \
     cases.c \
     chronicle.c \
     chronicle_plot.c \

@@ -16,6 +16,10 @@ struct check {
     struct case_run *runs; /* by enum experiment_id */
     struct case_scenario *scenarios;
     struct chronicle chronicle;
+    struct waiver_report waivers[WAIVERS_MOST];
+    struct archive *archive; /* that it was made from; NULL: it was run */
+    char hash[65];           /* of the manifest of the evidence; "" when none was saved */
+    char today[16];
     char title[96];
     char cannot_run[FINDING_TEXT];
 };

@@ -40,9 +40,9 @@
 #define ON_DATA_SIZES (EXPERIMENT_SET(DATA_LESS) | EXPERIMENT_SET(DATA_MORE))
 #define ON_COUNTERS                                                                                \
     (EXPERIMENT_SET(COUNTERS) | EXPERIMENT_SET(COUNTERS_ZERO) | EXPERIMENT_SET(COUNTERS_FAR))
-#define ON_RESTART    EXPERIMENT_SET(RESTART)
-#define ON_GOOD_RUNS  (ON_START | ON_CYCLES)
-#define ON_SCENARIOS  (UINT64_C(1) << 63) /* none of experiments.def: those that the user brings */
+#define ON_RESTART   EXPERIMENT_SET(RESTART)
+#define ON_GOOD_RUNS (ON_START | ON_CYCLES)
+#define ON_SCENARIOS (UINT64_C(1) << 63) /* none of experiments.def: those that the user brings */
 
 static inline bool experiment_in(uint64_t set, int id)
 {
