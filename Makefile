@@ -93,11 +93,15 @@ BUS_SRC := client.c client_cycle.c client_jobs.c client_map.c client_watch.c cli
 TERMINALS := $(wildcard harness/bus/terminals/*.device)
 HOST_SRC := realtime.c shm.c product.c schedule.c extent.c servo_wire.c \
     servo_select.c \
+    audit.c \
     config.c config_keys.c config_check.c \
     digest.c \
+    evidence_file.c \
+    evidence_rows.c \
     catalogue.c text16.c evidence.c plant.c host_select.c osc.c experiment.c \
     profile_shape.c \
     profile_motion.c \
+    sketch.c \
     scenario_read.c \
     scenario_words.c \
     scenario_expression.c \
@@ -116,6 +120,7 @@ HOST_SRC := realtime.c shm.c product.c schedule.c extent.c servo_wire.c \
     interp_file.c
 # What touches registers: once for each layout of the shared memories.
 LAYOUT_SRC := measure.c \
+    watch.c \
     digest_take.c \
     plc.c \
     preempt.c \
@@ -140,6 +145,17 @@ LAYOUT_SRC := measure.c \
 LAYOUTS := gen4 gen5_905 gen5_906
 REPORT_SRC := text.c json.c \
     curves.c \
+    json_text.c \
+    markup.c \
+    report.c \
+    junit.c \
+    sarif.c \
+    html.c \
+    html_axis.c \
+    html_bars.c \
+    html_parts.c \
+    html_plots.c \
+    html_runs.c \
     picture.c
 CLI_SRC := main.c options.c output.c check.c run.c inspect.c inspect_text.c inspect_json.c rules.c new.c registers.c \
     clock.c \
@@ -148,6 +164,7 @@ CLI_SRC := main.c options.c output.c check.c run.c inspect.c inspect_text.c insp
     capture.c bus.c plot.c scope.c \
     record.c \
     machine.c \
+    reports.c \
     scenario.c \
     device.c \
     eeprom.c \
@@ -159,9 +176,17 @@ CONFORMANCE_SRC := profile.c rules.c findings.c incidents.c rules_file.c rules_s
     rules_file_memory.c \
     rules_file_names.c \
     rules_file_runtime.c \
+    rules_cycle_calls.c \
+    rules_cycle_motion.c \
+    rules_same.c \
     rules_machine.c \
     again.c \
+    archive_open.c \
+    archive_save.c \
+    waivers.c \
     cases.c \
+    chronicle.c \
+    chronicle_plot.c \
     judge.c \
     plan.c \
     runs.c \
@@ -173,6 +198,7 @@ ROOM_OBJ := $(addprefix $(BUILD)/obj/harness/image/,$(IMAGE_SRC:.c=.o)) \
     $(BUILD)/obj/harness/machine/thunks.o \
     $(addprefix $(BUILD)/obj/harness/bus/,$(BUS_SRC:.c=.o)) $(BUILD)/obj/harness/bus/fiber_switch.o \
     $(BUILD)/obj/harness/bus/terminals.o \
+    $(BUILD)/obj/harness/report/style.o \
     $(addprefix $(BUILD)/obj/harness/host/,$(HOST_SRC:.c=.o)) $(LAYOUTS:%=$(BUILD)/obj/harness/host_%.o) \
     $(addprefix $(BUILD)/obj/harness/report/,$(REPORT_SRC:.c=.o)) \
     $(addprefix $(BUILD)/obj/conformance/,$(CONFORMANCE_SRC:.c=.o)) \
@@ -325,6 +351,8 @@ $(BUILD)/obj/%.o: %.c | $(BUILD)/.deps
 	$(Q)$(CC) $(ALL_CFLAGS) -c -o $@ $<
 
 $(BUILD)/obj/harness/bus/terminals.o: $(TERMINALS)
+
+$(BUILD)/obj/harness/report/style.o: harness/report/report.css
 
 $(BUILD)/obj/%.o: %.S | $(BUILD)/.deps
 	@mkdir -p $(@D)

@@ -138,6 +138,7 @@ struct machine {
 
     struct machine_served services[MACHINE_SERVICES];
     unsigned service_count;
+    const void *caller; /* where the latest service returns to */
 
     unsigned level; /* how many calls are interrupted */
     unsigned level_count;
