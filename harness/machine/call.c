@@ -65,8 +65,8 @@ static void forget_frames(const struct machine *machine)
 #endif
 }
 
-static __attribute__((noinline)) void irregular(const struct machine *machine, uint64_t how,
-                                                struct machine_outcome *outcome)
+__attribute__((noinline)) void machine_irregular(const struct machine *machine, uint64_t how,
+                                                 struct machine_outcome *outcome)
 {
     if (how == LEFT_BROKEN) {
         outcome->kind = MACHINE_RETURNED;
@@ -97,7 +97,7 @@ void machine_call(struct machine *machine, uint64_t function, void *argument,
     if (machine->config.interruptible)
         machine_level_end(machine);
     if (__builtin_expect(left.how != LEFT_CLEAN, 0))
-        irregular(machine, left.how, outcome);
+        machine_irregular(machine, left.how, outcome);
 }
 
 void machine_timing(struct machine *machine, bool on)
@@ -108,6 +108,7 @@ void machine_timing(struct machine *machine, bool on)
 void machine_service_enter(struct machine *machine, const char *service, void *return_address)
 {
     if (machine_incident.service_depth == 0) {
+        machine->services++;
         if (machine->config.interruptible)
             machine_service_steps(machine, false);
         machine_incident.service = service;

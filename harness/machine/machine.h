@@ -195,6 +195,22 @@ void machine_interrupt_next(struct machine *machine, uint64_t after, machine_int
 /* Instructions that the latest call of this level executed, if it was stepped to its end. */
 uint64_t machine_instructions(const struct machine *machine);
 
+/*
+ * For hooks, which can so try out what an interrupt would lead to. rehearse goes on with the call
+ * that is interrupted to its end, without further interrupts, and comes back with its outcome; the
+ * call stands where it stood then, registers and stack as they were. Memory elsewhere is the
+ * caller's to put back. next_access: whether the instruction that comes next reads or writes any of
+ * the bytes (MACHINE_ACCESS_WRITE, when both); what it does inside host services does not count.
+ */
+void machine_rehearse(struct machine *machine, struct machine_outcome *outcome);
+enum machine_access machine_next_access(struct machine *machine, const void *at, size_t size);
+
+/* How many host services module code has entered so far. */
+uint64_t machine_services(const struct machine *machine);
+
+/* The module's own memory that it may write, in pieces; false past the last. */
+bool machine_own_data(const struct machine *machine, unsigned index, void **at, size_t *size);
+
 /* An alarm by the wall clock, for machine_seal()ed processes, too, when opened before. 0 or
  * negative errno. */
 int machine_alarm_open(struct machine *machine, char why[MACHINE_WHY]);

@@ -94,11 +94,14 @@ struct machine {
     uint64_t stack_pattern;
     size_t stack_deepest; /* before the latest machine_reload() */
 
+    uint64_t services; /* entered so far */
+
     unsigned level; /* how many calls are interrupted */
     unsigned level_count;
     struct machine_level levels[MACHINE_LEVELS];
     size_t extended_room;
-    bool resuming; /* machine_resume is about to trap */
+    uint8_t *rehearsed; /* room for the stack of a call that is rehearsed */
+    bool resuming;      /* machine_resume is about to trap */
     timer_t alarm;
     bool has_alarm;
 
@@ -185,6 +188,7 @@ struct machine_left machine_enter(void *function, void *argument);
 void machine_abandon(void) __attribute__((noreturn));
 void machine_signal_entry(int sig, siginfo_t *info, void *context);
 void machine_resume(void) __attribute__((noreturn));
+struct machine_left machine_enter_again(void);
 extern const uint8_t machine_trampoline_begin[], machine_trampoline_end[], machine_returned[];
 
 /* Reads a word of the module's stack: not aligned perhaps, and in frames of host functions that the
@@ -202,6 +206,10 @@ static inline uint64_t machine_stack_top(const struct machine *machine, const ui
 {
     return (uint64_t)stack + machine->stack_size - 64;
 }
+
+/* call.c: what became of a call that did not return in good order */
+void machine_irregular(const struct machine *machine, uint64_t how,
+                       struct machine_outcome *outcome);
 
 /* regions.c */
 uint64_t machine_mix(uint64_t seed, uint64_t a, uint64_t b);
