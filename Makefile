@@ -103,6 +103,9 @@ HOST_SRC := realtime.c shm.c product.c schedule.c extent.c servo_wire.c \
 LAYOUT_SRC := measure.c \
     plc.c \
     preempt.c \
+    races.c \
+    races_judge.c \
+    races_state.c \
     rewind.c \
     host.c host_rows.c memories.c services.c timers.c servo.c dio.c \
     motion.c \

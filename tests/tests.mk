@@ -109,6 +109,7 @@ HOST_TESTS := test_scope test_host \
     test_scenario_host \
     test_plc \
     test_preempt \
+    test_races \
     test_motion \
     test_gear \
     test_interpolator

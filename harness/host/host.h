@@ -102,12 +102,14 @@ enum clock_choice { CLOCK_DEFAULT, CLOCK_OFF, CLOCK_ON };
 enum preempt_mode {
     PREEMPT_NONE,
     PREEMPT_SEEDED, /* places and numbers of slots are a function of the seed */
-    PREEMPT_AT      /* before instruction `at`; slots go by until Program_04 has been called */
+    PREEMPT_AT,     /* before instruction `at`; slots go by until Program_04 has been called */
+    PREEMPT_TRIED   /* not, but what interrupts would lead to is tried out on the side (races.c) */
 };
 
 struct host_preempt {
     enum preempt_mode mode;
-    uint64_t at;
+    uint64_t at;    /* AT: the instruction; TRIED: cycles that the calls are spread over */
+    uint32_t calls; /* TRIED: of each function, about so many; 0 = 100 */
 };
 
 struct host_config {
@@ -126,7 +128,7 @@ struct host_config {
     unsigned servo_count;
     const struct servo_modes *modes; /* NULL: servo_modes_default */
     const char *faults,
-        *faults_name;   /* what goes wrong on the bus (docs/faults.md); NULL: nothing */
+        *faults_name; /* what goes wrong on the bus (docs/faults.md); NULL: nothing */
     const struct scenario *scenario; /* what is played; NULL: nothing */
     const void *eeprom; /* what is stored there, eeprom_size bytes; NULL: nothing yet */
     size_t eeprom_size;
@@ -140,7 +142,7 @@ struct host_config {
     struct realtime *real; /* opened: slots come when they are due by the wall clock */
     const char
         *shm; /* memories are POSIX shared memory with this in front of their names (shm.h) */
-    const struct interp_path *path;  /* for interpolator 0, which is started at that time */
+    const struct interp_path *path; /* for interpolator 0, which is started at that time */
     uint64_t path_start_ns;
 };
 

@@ -196,14 +196,23 @@ void machine_interrupt_next(struct machine *machine, uint64_t after, machine_int
 uint64_t machine_instructions(const struct machine *machine);
 
 /*
- * For hooks, which can so try out what an interrupt would lead to. rehearse goes on with the call
- * that is interrupted to its end, without further interrupts, and comes back with its outcome; the
- * call stands where it stood then, registers and stack as they were. Memory elsewhere is the
- * caller's to put back. next_access: whether the instruction that comes next reads or writes any of
- * the bytes (MACHINE_ACCESS_WRITE, when both); what it does inside host services does not count.
+ * For hooks, which can so try out what an interrupt would lead to: goes on with the call that is
+ * interrupted to its end, without further interrupts, and comes back with its outcome. The call
+ * stands where it stood then, registers and stack as they were; memory elsewhere is the caller's to
+ * put back.
  */
 void machine_rehearse(struct machine *machine, struct machine_outcome *outcome);
-enum machine_access machine_next_access(struct machine *machine, const void *at, size_t size);
+
+/* For hooks: memory that the instruction which comes next reads or writes by its operands (not what
+ * it pushes or pops). Allocates when first called. How many there are. */
+#define MACHINE_OPERANDS 2
+struct machine_operand {
+    uint64_t address;
+    size_t size;
+    bool read, write;
+};
+unsigned machine_next_operands(struct machine *machine,
+                               struct machine_operand operands[MACHINE_OPERANDS]);
 
 /* How many host services module code has entered so far. */
 uint64_t machine_services(const struct machine *machine);

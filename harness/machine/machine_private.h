@@ -95,6 +95,8 @@ struct machine {
     size_t stack_deepest; /* before the latest machine_reload() */
 
     uint64_t services; /* entered so far */
+    size_t decoder;    /* Capstone's handle, 0: not open yet; and its instruction */
+    void *decoded;
 
     unsigned level; /* how many calls are interrupted */
     unsigned level_count;
@@ -237,6 +239,8 @@ void machine_level_begin(struct machine *machine);
 void machine_level_end(struct machine *machine);
 /* Host services are not stepped: off on the way in, on again, if wanted, on the way out. */
 void machine_service_steps(struct machine *machine, bool on);
+/* operands.c */
+void machine_operands_close(struct machine *machine);
 /* In the signal handler. True when the signal was about interrupts and has been dealt with. */
 bool machine_interrupt_signal(struct machine *machine, int sig, ucontext_t *context);
 

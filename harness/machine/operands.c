@@ -43,50 +43,66 @@ static uint64_t address_of(const struct machine_level *level, const cs_insn *ins
            (uint64_t)operand->disp;
 }
 
-static bool overlap(uint64_t a, size_t a_size, uint64_t b, size_t b_size)
-{
-    return a < b + b_size && b < a + a_size;
-}
-
-static enum machine_access access_of(const struct machine_level *level, const cs_insn *instruction,
-                                     uint64_t at, size_t size)
+static unsigned operands_of(const struct machine_level *level, const cs_insn *instruction,
+                            struct machine_operand operands[MACHINE_OPERANDS])
 {
     const cs_x86 *x86 = &instruction->detail->x86;
-    enum machine_access access = MACHINE_ACCESS_NONE;
+    unsigned count = 0;
 
-    for (unsigned i = 0; i < x86->op_count; i++) {
+    if (instruction->id == X86_INS_LEA || instruction->id == X86_INS_NOP)
+        return 0;
+    for (unsigned i = 0; i < x86->op_count && count < MACHINE_OPERANDS; i++) {
         const cs_x86_op *operand = &x86->operands[i];
 
-        if (operand->type != X86_OP_MEM || instruction->id == X86_INS_LEA ||
-            !overlap(address_of(level, instruction, &operand->mem), operand->size, at, size))
-            continue;
-        if (operand->access & CS_AC_WRITE)
-            return MACHINE_ACCESS_WRITE;
-        access = MACHINE_ACCESS_READ;
+        if (operand->type == X86_OP_MEM)
+            operands[count++] =
+                (struct machine_operand){ .address = address_of(level, instruction, &operand->mem),
+                                          .size = operand->size,
+                                          .read = (operand->access & CS_AC_READ) != 0,
+                                          .write = (operand->access & CS_AC_WRITE) != 0 };
     }
-    return access;
+    return count;
 }
 
-enum machine_access machine_next_access(struct machine *machine, const void *at, size_t size)
+static bool decoder_open(struct machine *machine)
+{
+    csh capstone;
+
+    if (machine->decoder != 0)
+        return machine->decoded != NULL;
+    if (cs_open(CS_ARCH_X86, CS_MODE_64, &capstone) != CS_ERR_OK)
+        return false;
+    cs_option(capstone, CS_OPT_DETAIL, CS_OPT_ON);
+    machine->decoder = capstone;
+    machine->decoded = cs_malloc(capstone);
+    return machine->decoded != NULL;
+}
+
+void machine_operands_close(struct machine *machine)
+{
+    csh capstone = machine->decoder;
+
+    if (machine->decoded != NULL)
+        cs_free(machine->decoded, 1);
+    if (capstone != 0)
+        cs_close(&capstone);
+    machine->decoder = 0;
+    machine->decoded = NULL;
+}
+
+unsigned machine_next_operands(struct machine *machine,
+                               struct machine_operand operands[MACHINE_OPERANDS])
 {
     const struct machine_level *level = &machine->levels[machine->level - 1];
     uint64_t ip = (uint64_t)level->registers[REG_RIP];
     const uint8_t *code = (const uint8_t *)ip;
     size_t length = LONGEST;
-    enum machine_access access = MACHINE_ACCESS_NONE;
-    cs_insn *instruction;
-    csh capstone;
 
+    if (!decoder_open(machine))
+        return 0;
     while (length > 1 && !machine_executes(machine, ip, length))
         length--;
-    if (cs_open(CS_ARCH_X86, CS_MODE_64, &capstone) != CS_ERR_OK)
-        return access;
-    cs_option(capstone, CS_OPT_DETAIL, CS_OPT_ON);
-    instruction = cs_malloc(capstone);
-    if (instruction != NULL && cs_disasm_iter(capstone, &code, &length, &ip, instruction))
-        access = access_of(level, instruction, (uint64_t)at, size);
-    if (instruction != NULL)
-        cs_free(instruction, 1);
-    cs_close(&capstone);
-    return access;
+    if (!cs_disasm_iter(machine->decoder, &code, &length, &ip, machine->decoded))
+        return 0;
+    return operands_of(level, machine->decoded, operands);
 }
