@@ -106,8 +106,7 @@ static void bench_hour(const struct image *image)
             fprintf(stderr, "bench: the hour was not run through: %s\n", result.evidence.trouble);
             exit(2);
         }
-        printf("  %2u min of machine time: %6.2f s, %.1f MiB\n", minutes[i], took,
-               worker_memory());
+        printf("  %2u min of machine time: %6.2f s, %.1f MiB\n", minutes[i], took, worker_memory());
     }
 }
 

@@ -105,8 +105,7 @@ static void publish_positions(struct interpolator *in, const double position[INT
 static bool rests(const struct interpolator *in)
 {
     const struct interp_run *run = &in->run;
-    return in->still && !interp_run_is_active(run) && in->spline.points == 0 &&
-           in->iir.axes == 0 &&
+    return in->still && !interp_run_is_active(run) && in->spline.points == 0 && in->iir.axes == 0 &&
            memcmp(run->position, in->position, sizeof in->position) == 0;
 }
 
