@@ -48,9 +48,11 @@ static uint8_t initial_byte(const struct image *image, const struct image_segmen
 
 /* A word that a relocation patches is not data but the loader's: it keeps its value. */
 static void restore_word(uint8_t *hull, const struct image *image,
-                         const struct image_segment *segment, uint64_t vaddr)
+                         const struct image_segment *segment, const struct image_reloc *reloc)
 {
-    for (uint64_t at = vaddr; at < vaddr + 8; at++)
+    const unsigned width = reloc->width != 0 ? reloc->width : 8;
+
+    for (uint64_t at = reloc->vaddr; at < reloc->vaddr + width; at++)
         if (at - segment->vaddr < segment->mem_size)
             hull[at - image->span_begin] = initial_byte(image, segment, at);
 }
@@ -65,6 +67,6 @@ void machine_poison(const struct image *image, uint8_t *hull, uint64_t seed)
             continue;
         poison_segment(hull, image, segment->vaddr, segment->vaddr + segment->mem_size, seed);
         for (size_t r = 0; r < image->reloc_count; r++)
-            restore_word(hull, image, segment, image->relocs[r].vaddr);
+            restore_word(hull, image, segment, &image->relocs[r]);
     }
 }
