@@ -136,6 +136,11 @@ CLI_SRC := main.c options.c output.c check.c run.c inspect.c inspect_text.c insp
     path.c
 CONFORMANCE_SRC := profile.c rules.c findings.c incidents.c rules_file.c rules_start.c rules_cycle.c \
     rules_machine.c \
+    again.c \
+    cases.c \
+    judge.c \
+    plan.c \
+    runs.c \
     check.c
 SOEM_SRC := ethercatbase.c ethercatcoe.c ethercatconfig.c ethercatdc.c ethercatmain.c ethercatprint.c ethercatsoe.c
 

@@ -26,12 +26,13 @@ struct check_options {
     const char *tool;  /* "tgm 0.1.0" */
     const struct profile *profile;
     uint64_t seed;
+    unsigned jobs;     /* experiments that run at the same time; 0: one for each core */
     uint64_t cycles;   /* of each cycle experiment; 0 = CHECK_SECONDS of machine time */
     const char *rules; /* shell pattern over rule ids; NULL: all */
     /* A configuration to judge under: its bus, servos, periods, sizes, and one Cycle_Time instead
      * of all. NULL: none. */
     const struct host_config *around;
-    const char *around_path; /* the file that it is from */
+    const char *around_path;                /* the file that it is from */
     const struct check_scenario *scenarios; /* must outlive the check */
     size_t scenario_count;
     check_capture *capture; /* may be NULL */

@@ -13,35 +13,47 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "conformance/plan.h"
 #include "conformance/profile.h"
-#include "host/experiment.h"
 #include "image/image.h"
 #include "report/report.h"
 
-enum experiment_id {
-#define EXPERIMENT(symbol, ...) EXPERIMENT_##symbol,
-#include "conformance/experiments.def"
-#undef EXPERIMENT
-    EXPERIMENT_COUNT
-};
+/* What rules need evidence of: sets of experiments. */
+#define NO_EXPERIMENT UINT64_C(0)
+#define ON_START      EXPERIMENT_SET(START)
+#define ON_NULL_DATA  EXPERIMENT_SET(NULL_DATA)
+#define ON_SIZES                                                                                   \
+    (EXPERIMENT_SET(SIZE_ZERO) | EXPERIMENT_SET(SIZE_OTHER) | EXPERIMENT_SET(SIZE_LESS) |          \
+     EXPERIMENT_SET(SIZE_MORE))
+#define ON_NULL_FUNCTIONS                                                                          \
+    (EXPERIMENT_SET(NO_STRING) | EXPERIMENT_SET(NO_LONG) | EXPERIMENT_SET(NO_SWPRINTF) |           \
+     EXPERIMENT_SET(NO_SLEEP))
+#define ON_WRONG_ID (EXPERIMENT_SET(OLDER_ID) | EXPERIMENT_SET(NEWER_ID))
+#define ON_CYCLES                                                                                  \
+    (EXPERIMENT_SET(CYCLE_250) | EXPERIMENT_SET(CYCLE_500) | EXPERIMENT_SET(CYCLE_1000))
+/* The same run under conditions that must not change what a module does. */
+#define ON_POISON                                                                                  \
+    (EXPERIMENT_SET(CYCLE_500) | EXPERIMENT_SET(POISON_INVERTED) | EXPERIMENT_SET(POISON_ZERO))
+#define ON_REPEATS    (EXPERIMENT_SET(CYCLE_500) | EXPERIMENT_SET(REPEATED) | EXPERIMENT_SET(PLACES))
+#define ON_DATA_SIZES (EXPERIMENT_SET(DATA_LESS) | EXPERIMENT_SET(DATA_MORE))
+#define ON_COUNTERS   EXPERIMENT_SET(COUNTERS)
+#define ON_RESTART    EXPERIMENT_SET(RESTART)
+#define ON_GOOD_RUNS  (ON_START | ON_CYCLES)
+#define ON_SCENARIOS  (UINT64_C(1) << 63) /* none of experiments.def: those that the user brings */
 
-/* Sets of experiments: bit n is experiment n. */
-#define EXPERIMENT_SET(symbol) (1u << EXPERIMENT_##symbol)
-enum {
-    NO_EXPERIMENT = 0,
-    ON_START = EXPERIMENT_SET(START),
-    ON_NULL_DATA = EXPERIMENT_SET(NULL_DATA),
-    ON_SIZES = EXPERIMENT_SET(SIZE_ZERO) | EXPERIMENT_SET(SIZE_OTHER) | EXPERIMENT_SET(SIZE_LESS) |
-               EXPERIMENT_SET(SIZE_MORE),
-    ON_NULL_FUNCTIONS = EXPERIMENT_SET(NO_STRING) | EXPERIMENT_SET(NO_LONG) |
-                        EXPERIMENT_SET(NO_SWPRINTF) | EXPERIMENT_SET(NO_SLEEP),
-    ON_WRONG_ID = EXPERIMENT_SET(OLDER_ID) | EXPERIMENT_SET(NEWER_ID),
-    ON_CYCLES = EXPERIMENT_SET(CYCLE_250) | EXPERIMENT_SET(CYCLE_500) | EXPERIMENT_SET(CYCLE_1000),
-    ON_GOOD_RUNS = ON_START | ON_CYCLES,
-    ON_SCENARIOS = 1 << 30 /* none of experiments.def: those that the user brings */
-};
+static inline bool experiment_in(uint64_t set, int id)
+{
+    return (set >> id & 1) != 0;
+}
 
 enum rule_group { GROUP_FILE, GROUP_START, GROUP_CYCLE, GROUP_MACHINE, GROUP_COUNT };
+
+/* An experiment of experiments.def and what became of it. */
+struct case_run {
+    struct planned plan;
+    bool ran;
+    struct experiment_result result; /* valid when it ran */
+};
 
 /* A scenario and its experiment. */
 struct case_scenario {
@@ -56,14 +68,11 @@ struct case_scenario {
 struct case_file {
     const struct image *image;
     const struct profile *profile;
-    const char *name;                        /* file name of the module, without folders */
-    const struct experiment *experiments;    /* by enum experiment_id */
-    const struct experiment_result *results; /* by enum experiment_id; valid where ran */
-    const bool *ran;                         /* by enum experiment_id */
-    const bool *inapplicable;                /* by enum experiment_id: not for this product */
+    const char *name;            /* file name of the module, without folders */
+    const struct case_run *runs; /* by enum experiment_id */
     const struct case_scenario *scenarios;
     size_t scenario_count;
-    const char *cannot_run;                  /* why no experiment could run; "" when they could */
+    const char *cannot_run; /* why no experiment could run; "" when they could */
 };
 
 /* Where a judgement puts what it found. Owned by the caller; FINDINGS_KEPT findings. */
@@ -80,7 +89,7 @@ struct rule {
     const char *id, *clause, *title, *advice;
     enum rule_group group;
     enum severity severity;
-    unsigned experiments;
+    uint64_t experiments; /* set of enum experiment_id, ON_SCENARIOS */
     rule_check *check;
 };
 
@@ -102,6 +111,20 @@ void finding_not_judged(struct findings *findings, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
 /* "gantry.tgm+0x1a4 (Program_04) gantry.c:88" for an address of the module. */
 void finding_place(struct finding *finding, const struct case_file *file, uint64_t vaddr);
+
+/*
+ * cases.c. The evidence of an experiment that got as far as it should have, whatever the module did
+ * in it. NULL when there is none: the rule is then not judged, with the reason, or, where the
+ * experiment is not for this product, simply has one case less.
+ */
+const struct evidence *case_evidence(const struct case_file *file, enum experiment_id id,
+                                     struct findings *findings);
+/* Of the cycles, too: not judged when the run ended before its last cycle. */
+void case_complete(const struct case_file *file, enum experiment_id id, struct findings *findings);
+const struct experiment *case_experiment(const struct case_file *file, enum experiment_id id);
+/* Function, cycle and Cycle_Time of a finding. */
+void finding_stamp(struct finding *finding, const struct experiment *experiment, enum entry entry,
+                   uint64_t cycle);
 
 /* incidents.c: calls that did not return as they should, as text and as findings. */
 void incident_describe(const struct evidence_incident *incident, char text[FINDING_TEXT]);

@@ -25,25 +25,13 @@ static enum incident_class class_of(const struct evidence_incident *incident)
     return write ? CLASS_WRITE : CLASS_FAULT;
 }
 
-static void stamp(struct finding *finding, const struct experiment *experiment, enum entry entry,
-                  uint64_t cycle)
-{
-    finding->function = entry_name(entry);
-    if (cycle == EVIDENCE_NO_CYCLE)
-        return;
-    finding->has_cycle = true;
-    finding->cycle = cycle;
-    snprintf(finding->when, sizeof finding->when, "in cycle %" PRIu64 " at Cycle_Time %u us", cycle,
-             experiment->host.cycle_us);
-}
-
 static void report_incident(const struct case_file *file, enum experiment_id id,
                             const struct evidence_incident *incident, struct findings *findings)
 {
     char text[FINDING_TEXT];
     incident_describe(incident, text);
     struct finding *finding = finding_add(findings, "%s", text);
-    stamp(finding, &file->experiments[id], incident->entry, incident->cycle);
+    finding_stamp(finding, case_experiment(file, id), incident->entry, incident->cycle);
     incident_place(incident, finding, file);
 }
 
@@ -52,7 +40,7 @@ static void report_incident(const struct case_file *file, enum experiment_id id,
 static void report_end(const struct case_file *file, enum experiment_id id,
                        enum incident_class class, struct findings *findings)
 {
-    const struct experiment_result *result = &file->results[id];
+    const struct experiment_result *result = &file->runs[id].result;
     const struct evidence *evidence = &result->evidence;
     const char *name = entry_name(evidence->entry);
     struct finding *finding = NULL;
@@ -66,67 +54,25 @@ static void report_end(const struct case_file *file, enum experiment_id id,
         finding = finding_add(findings, "%s ended the process it ran in (exit status %d)", name,
                               result->worker.value);
     if (finding != NULL)
-        stamp(finding, &file->experiments[id], evidence->entry, evidence->cycle);
-}
-
-/* The experiment was played to its end: every cycle, or until no function could be called any more.
- */
-static bool is_complete(const struct experiment *experiment, const struct evidence *evidence)
-{
-    bool callable = false;
-    for (int entry = ENTRY_01; entry < ENTRY_COUNT; entry++)
-        callable = callable || !evidence->calls[entry].disabled;
-    return evidence->stage == EVIDENCE_FINISHED &&
-           (evidence->cycles_done == experiment->cycles || !callable);
-}
-
-/* Reasons why the evidence of an experiment says too little about the cycles. */
-static void judge_completeness(const struct case_file *file, enum experiment_id id,
-                               struct findings *findings)
-{
-    const struct experiment_result *result = &file->results[id];
-    const struct evidence *evidence = &result->evidence;
-    const struct experiment *experiment = &file->experiments[id];
-    if (result->worker.end == WORKER_FAILED || evidence->trouble[0] != '\0')
-        finding_not_judged(findings, "experiment %s: %s", experiment->name,
-                           evidence->trouble[0] != '\0' ? evidence->trouble : "the worker failed");
-    else if (result->worker.end == WORKER_TIMEOUT)
-        finding_not_judged(findings,
-                           "experiment %s: only %" PRIu64 " of %" PRIu64
-                           " cycles were done in %.0f s: the module is too slow, or this computer "
-                           "too busy; fewer cycles: --cycles N",
-                           experiment->name, evidence->cycles_done, experiment->cycles,
-                           (double)result->worker.wall_ns * 1e-9);
-    else if (experiment_was_stopped(result))
-        finding_not_judged(findings, "experiment %s: the worker was stopped from outside (%s)",
-                           experiment->name, strsignal(result->worker.value));
-    else if (result->worker.end != WORKER_DONE)
-        finding_not_judged(findings, "experiment %s: the module ended the process it ran in",
-                           experiment->name);
-    else if (experiment->cycles > 0 && evidence->cycles_done == 0)
-        finding_not_judged(findings,
-                           "no cycle was run: Program_Ini did not return 1 (rule ini-returns-one)");
-    else if (!is_complete(experiment, evidence))
-        finding_not_judged(findings, "experiment %s: its evidence is not complete",
-                           experiment->name);
+        finding_stamp(finding, case_experiment(file, id), evidence->entry, evidence->cycle);
 }
 
 static void judge(const struct case_file *file, enum incident_class class,
                   struct findings *findings)
 {
     for (int id = 0; id < EXPERIMENT_COUNT; id++) {
-        if ((ON_GOOD_RUNS & (1u << id)) == 0 || file->inapplicable[id])
+        if (!experiment_in(ON_GOOD_RUNS, id) || file->runs[id].plan.inapplicable)
             continue;
-        if (!file->ran[id]) {
+        if (!file->runs[id].ran) {
             finding_not_judged(findings, "%s", file->cannot_run);
             continue;
         }
-        const struct evidence *evidence = &file->results[id].evidence;
+        const struct evidence *evidence = &file->runs[id].result.evidence;
         for (unsigned i = 0; i < evidence->incident_count; i++)
             if (class_of(&evidence->incidents[i]) == class)
                 report_incident(file, (enum experiment_id)id, &evidence->incidents[i], findings);
         report_end(file, (enum experiment_id)id, class, findings);
-        judge_completeness(file, (enum experiment_id)id, findings);
+        case_complete(file, (enum experiment_id)id, findings);
     }
 }
 

@@ -6,42 +6,12 @@
 
 #include "conformance/rules.h"
 
-/* Evidence of one experiment, NULL (and the rule not judged) when it could not be had. */
-static const struct evidence *evidence_of(const struct case_file *file, enum experiment_id id,
-                                          struct findings *findings)
-{
-    if (!file->ran[id]) {
-        finding_not_judged(findings, "%s", file->cannot_run);
-        return NULL;
-    }
-    const struct experiment_result *result = &file->results[id];
-    const struct evidence *evidence = &result->evidence;
-    if (experiment_was_stopped(result) || result->worker.end == WORKER_TIMEOUT) {
-        finding_not_judged(findings, "experiment %s: the worker was stopped before it was done",
-                           file->experiments[id].name);
-        return NULL;
-    }
-    if (result->worker.end == WORKER_FAILED && evidence->trouble[0] == '\0') {
-        finding_not_judged(findings, "experiment %s: the worker failed",
-                           file->experiments[id].name);
-        return NULL;
-    }
-    if (evidence->trouble[0] != '\0') {
-        finding_not_judged(findings, "experiment %s: %s", file->experiments[id].name,
-                           evidence->trouble);
-        return NULL;
-    }
-    return evidence;
-}
-
 /* Adds a finding when Program_Ini did not return `wanted` in the experiment; `where` says under
  * which conditions. */
 static void expect_result(const struct case_file *file, enum experiment_id id, int32_t wanted,
                           const char *where, struct findings *findings)
 {
-    if (file->inapplicable[id])
-        return;
-    const struct evidence *evidence = evidence_of(file, id, findings);
+    const struct evidence *evidence = case_evidence(file, id, findings);
     if (evidence == NULL)
         return;
     if (evidence->incident_count > 0) {
@@ -86,7 +56,7 @@ void check_ini_struct_size(const struct case_file *file, struct findings *findin
     for (size_t i = 0; i < sizeof ids / sizeof *ids; i++) {
         char where[64];
         snprintf(where, sizeof where, "structSize is %" PRIu64,
-                 file->experiments[ids[i]].host.mutation.value);
+                 case_experiment(file, ids[i])->host.mutation.value);
         expect_result(file, ids[i], 0, where, findings);
     }
 }
@@ -110,7 +80,7 @@ void check_ini_compatibility(const struct case_file *file, struct findings *find
     for (size_t i = 0; i < sizeof wrong_ids / sizeof *wrong_ids; i++) {
         char where[64];
         snprintf(where, sizeof where, "HEADER.Compatibility_Id is %" PRIu64,
-                 file->experiments[wrong_ids[i]].host.mutation.value);
+                 case_experiment(file, wrong_ids[i])->host.mutation.value);
         expect_result(file, wrong_ids[i], 0, where, findings);
     }
 }
@@ -141,8 +111,8 @@ void check_ini_reports_ids(const struct case_file *file, struct findings *findin
 {
     const uint64_t own = product_find(file->profile->product)->compatibility_id;
     for (size_t i = 0; i < sizeof wrong_ids / sizeof *wrong_ids; i++) {
-        const struct evidence *evidence = evidence_of(file, wrong_ids[i], findings);
-        const uint64_t wrong = file->experiments[wrong_ids[i]].host.mutation.value;
+        const struct evidence *evidence = case_evidence(file, wrong_ids[i], findings);
+        const uint64_t wrong = case_experiment(file, wrong_ids[i])->host.mutation.value;
         /* A module that starts nevertheless, or crashes, has its finding in ini-compatibility. */
         if (evidence == NULL || evidence->incident_count > 0 ||
             evidence->calls[ENTRY_INI].last_value != 0)

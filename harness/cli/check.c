@@ -119,6 +119,7 @@ int command_check(const struct command *command, int argc, char **argv)
                                      .capture_argument = &captures };
     struct option_texts files = { .count = 0 };
     const char *profile = "pc4", *json = NULL, *module = NULL;
+    uint64_t jobs = 0;
     bool no_colour = false;
     const struct option table[] = {
         { "--profile", OPTION_TEXT, "NAME", "what is demanded: pc4 (default)", &profile, 0, 0 },
@@ -129,6 +130,8 @@ int command_check(const struct command *command, int argc, char **argv)
         { "--cycles", OPTION_NUMBER, "N",
           "cycles at each Cycle_Time (default: 10 s of machine time)", &options.cycles, 1,
           100000000 },
+        { "--jobs", OPTION_NUMBER, "N", "experiments at the same time (default: one for each core)",
+          &jobs, 1, 64 },
         { "--json", OPTION_TEXT, "FILE", "also write the verdict as JSON, - for standard output",
           &json, 0, 0 },
         { "--config", OPTION_TEXT, "FILE",
@@ -153,6 +156,7 @@ int command_check(const struct command *command, int argc, char **argv)
         options.capture = next_capture;
     }
     options.path = module;
+    options.jobs = (unsigned)jobs;
     options.profile = profile_or_complain(command, profile);
     if (options.profile == NULL)
         return EXIT_CALL;

@@ -126,7 +126,7 @@ struct host_config {
     unsigned servo_count;
     const struct servo_modes *modes; /* NULL: servo_modes_default */
     const char *faults,
-        *faults_name;   /* what goes wrong on the bus (docs/faults.md); NULL: nothing */
+        *faults_name; /* what goes wrong on the bus (docs/faults.md); NULL: nothing */
     const struct scenario *scenario; /* what is played; NULL: nothing */
     const void *eeprom; /* what is stored there, eeprom_size bytes; NULL: nothing yet */
     size_t eeprom_size;
@@ -135,12 +135,15 @@ struct host_config {
     struct mutation mutation;
     struct pcap *capture; /* where the frames of the bus go; NULL: nowhere */
     bool no_autostart;    /* host_start() starts TG Motion, not the PLC: host_run() does */
+    bool kept_module;     /* running the PLC again does not load the file again: globals hold what
+                             they held */
+    uint32_t counters;    /* where HEADER.Life_Tick, MAIN.Servo_Tick and TIMERS.Timer_Up begin */
     bool resettable;      /* keeps a copy of the start, for host_reset() and the like */
     struct host_preempt preempt;
     struct realtime *real; /* opened: slots come when they are due by the wall clock */
     const char
         *shm; /* memories are POSIX shared memory with this in front of their names (shm.h) */
-    const struct interp_path *path;  /* for interpolator 0, which is started at that time */
+    const struct interp_path *path; /* for interpolator 0, which is started at that time */
     uint64_t path_start_ns;
 };
 

@@ -128,8 +128,8 @@ static int reserve_hull(struct machine *machine, const struct image *image,
     int error;
 
     if (!image->fixed) {
-        error = machine_reserve(around, machine->config.seed, machine->region_count, machine->low,
-                                size);
+        error = machine_reserve(around, machine_place_seed(machine), machine->region_count,
+                                machine->low, size);
         return error == 0 ? 0
                           : machine_fail(why, error, "no address space for the module: %s",
                                          strerror(-error));
@@ -167,7 +167,7 @@ int machine_map_image(struct machine *machine, const struct image *image, char w
         fill_slack(machine);
         copy_segments(machine, image);
         if (machine->config.poison)
-            machine_poison(image, machine->hull, machine->config.seed);
+            machine_poison(image, machine->hull, machine->config.poison, machine->config.seed);
         relocate(machine, image);
         error = protect(machine, false);
     }

@@ -40,6 +40,15 @@
 
 struct machine;
 
+/* What writable data holds before the first call: TG Motion does not initialise globals. Words that
+ * a relocation patches and the RELRO range keep their values in any case. */
+enum machine_poison {
+    MACHINE_POISON_NONE,     /* the initial values of the file, zeros where it has none */
+    MACHINE_POISON_SEEDED,   /* a pattern that is a function of the seed */
+    MACHINE_POISON_INVERTED, /* the same with every bit turned over */
+    MACHINE_POISON_ZERO      /* all zeros, initial values as well */
+};
+
 /*
  * Two machines, the same in everything that a caller sees but where it says "instrumented".
  *
@@ -53,10 +62,9 @@ enum machine_kind { MACHINE_NATIVE, MACHINE_INSTRUMENTED };
 
 struct machine_config {
     enum machine_kind kind;
-    uint64_t seed;     /* places and poison are a function of it (and of nothing else) */
-    bool poison;       /* fill writable data with a seeded pattern instead of its initial values:
-                          TG Motion does not initialise globals. Words that a relocation patches and
-                          the RELRO range keep their values. */
+    uint64_t seed;   /* what the module sees on entry is a function of it and of the next two */
+    uint64_t places; /* another number: module, stack and memories lie elsewhere, all else alike */
+    enum machine_poison poison;
     size_t stack_size; /* bytes for module code, rounded up to pages; 0 = 256 KiB */
     uint64_t hang_ns;  /* a call longer than this is a hang; 0 = 1 s. Wall time: found when it
                           has taken between 1 and 1.25 of this; at least 1 ms. */

@@ -247,6 +247,8 @@ static inline uint64_t machine_stack_top(const struct machine *machine, const ui
 
 /* regions.c */
 uint64_t machine_mix(uint64_t seed, uint64_t a, uint64_t b);
+/* The seed of places. */
+uint64_t machine_place_seed(const struct machine *machine);
 /* Anywhere, as seed and ordinal determine; low: below 2 GiB. */
 int machine_reserve(struct machine_reservation *out, uint64_t seed, unsigned ordinal, bool low,
                     size_t size);
@@ -264,7 +266,8 @@ void machine_regions_release(struct machine *machine);
 void machine_describe_address(const struct machine *machine, struct machine_fault *fault);
 
 /* poison.c */
-void machine_poison(const struct image *image, uint8_t *hull, uint64_t seed);
+void machine_poison(const struct image *image, uint8_t *hull, enum machine_poison poison,
+                    uint64_t seed);
 
 /* reload.c */
 int machine_copy_keep(struct machine *machine, char why[MACHINE_WHY]);

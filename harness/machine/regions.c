@@ -17,11 +17,12 @@
 #define MAP_FIXED_NOREPLACE 0x100000
 #endif
 
-#define PLACES_BEGIN (1ull << 45)
-#define PLACES_SIZE  (1ull << 45)
-#define LOW_BEGIN    0x10000000ull /* above the place of flat images */
-#define LOW_SIZE     0x6f000000ull /* the address sanitizer's shadow begins at 2 GiB */
-#define PLACE_TRIES  64
+#define PLACES_BEGIN   (1ull << 45)
+#define PLACES_SIZE    (1ull << 45)
+#define LOW_BEGIN      0x10000000ull /* above the place of flat images */
+#define LOW_SIZE       0x6f000000ull /* the address sanitizer's shadow begins at 2 GiB */
+#define PLACES_ORDINAL 0x706c61636573u
+#define PLACE_TRIES    64
 
 /* splitmix64 over a point in three dimensions. */
 uint64_t machine_mix(uint64_t seed, uint64_t a, uint64_t b)
@@ -61,6 +62,14 @@ static bool reserve_at(struct machine_reservation *out, uint64_t address, size_t
 int machine_reserve_at(struct machine_reservation *out, uint64_t address, size_t size)
 {
     return reserve_at(out, address, size) ? 0 : -errno;
+}
+
+uint64_t machine_place_seed(const struct machine *machine)
+{
+    const struct machine_config *config = &machine->config;
+
+    return config->places == 0 ? config->seed
+                               : machine_mix(config->seed, PLACES_ORDINAL, config->places);
 }
 
 /*
@@ -126,7 +135,7 @@ static int map_stack(struct machine *machine, uint8_t **stack, char why[MACHINE_
 
     if (size > STACK_LIMIT)
         return machine_fail(why, -EFBIG, "module stack of %zu bytes is too large", size);
-    error = machine_reserve(&region->around, machine->config.seed, machine->region_count,
+    error = machine_reserve(&region->around, machine_place_seed(machine), machine->region_count,
                             machine->low, HULL_GUARD + size + REGION_GUARD);
     if (error != 0)
         return machine_fail(why, error, "no address space for the module stack: %s",
@@ -213,7 +222,7 @@ int machine_map_shared(struct machine *machine, const char *name, size_t size, i
 
     if (error != 0)
         return error;
-    error = machine_reserve(&region->around, machine->config.seed, machine->region_count,
+    error = machine_reserve(&region->around, machine_place_seed(machine), machine->region_count,
                             machine->low, pages + 2 * REGION_GUARD);
     if (error == 0) {
         *memory = region->around.base + REGION_GUARD;
@@ -242,7 +251,7 @@ int machine_map(struct machine *machine, const char *name, size_t size,
 
     if (error != 0)
         return error;
-    error = machine_reserve(&region->around, machine->config.seed, machine->region_count,
+    error = machine_reserve(&region->around, machine_place_seed(machine), machine->region_count,
                             machine->low, pages + 2 * REGION_GUARD);
     if (error == 0) {
         module_pages = region->around.base + REGION_GUARD;

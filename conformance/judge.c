@@ -1,0 +1,59 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/* From evidence to findings, outcomes and the verdict. */
+#include "conformance/check_parts.h"
+
+#include <string.h>
+
+static void judge_rule(struct check *check, const struct check_options *options,
+                       const struct case_file *file, size_t index)
+{
+    const struct rule *rule = check->chosen[index];
+    struct findings *findings = &check->findings[index];
+    struct rule_report *out = &check->rules[index];
+    rule->check(file, findings);
+    *out = (struct rule_report){
+        .id = rule->id,
+        .group = rule_group_name(rule->group),
+        .clause = rule->clause,
+        .title = rule->title,
+        .advice = rule->advice,
+        .severity = rule->severity,
+        .outcome = findings->count > 0           ? RULE_FAILED
+                   : findings->reason[0] != '\0' ? RULE_NOT_JUDGED
+                                                 : RULE_PASSED,
+        .findings = findings->list,
+        .finding_count = findings->count,
+        .dropped = findings->dropped,
+    };
+    memcpy(out->reason, findings->reason, sizeof out->reason);
+    for (size_t i = 0; i < findings->count; i++)
+        check_add_reproduction(options, rule, &findings->list[i]);
+}
+
+void check_judge(struct check *check, const struct check_options *options)
+{
+    struct report *report = &check->report;
+    const char *shown = options->shown != NULL ? options->shown : options->path;
+    const char *slash = strrchr(shown, '/');
+    const struct case_file file = {
+        .image = check->image,
+        .profile = options->profile,
+        .name = slash != NULL ? slash + 1 : shown,
+        .runs = check->runs,
+        .scenarios = check->scenarios,
+        .scenario_count = options->scenario_count,
+        .cannot_run = check->cannot_run,
+    };
+    for (size_t i = 0; i < report->rule_count; i++) {
+        judge_rule(check, options, &file, i);
+        const enum rule_outcome outcome = check->rules[i].outcome;
+        const bool counts = check->rules[i].severity == SEVERITY_MUST;
+        report->passed += outcome == RULE_PASSED;
+        report->failed += outcome == RULE_FAILED;
+        report->not_judged += outcome == RULE_NOT_JUDGED;
+        if (outcome == RULE_FAILED && counts)
+            report->verdict = VERDICT_FAIL;
+        if (outcome == RULE_NOT_JUDGED && counts && report->verdict != VERDICT_FAIL)
+            report->verdict = VERDICT_INCOMPLETE;
+    }
+}
