@@ -107,6 +107,7 @@ int machine_load(struct machine **out, const struct image *image,
     if (machine == NULL)
         return machine_fail(why, -ENOMEM, "no memory");
     machine->ops = kinds[config->kind];
+    machine->convention = arguments_convention_of(image);
     machine->pointer_size = targets[target_of(image)].pointer_size;
     machine->low = machine->pointer_size == 4;
     settle_config(machine, config);

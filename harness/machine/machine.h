@@ -30,6 +30,8 @@
 #include <stdint.h>
 
 #include "image/image.h"
+#include "machine/arguments.h"
+#include "machine/thunks.h"
 #include "machine/trace.h"
 
 #define MACHINE_WHY         512
@@ -201,11 +203,9 @@ int machine_map_shared(struct machine *machine, const char *name, size_t size, i
  * A function of the host as a pointer that the module can call, whatever its calling convention:
  * the machine reads what the module passes (arguments.h) and brackets the call as
  * machine_service_enter() does. What function returns is what the module gets, in the register of
- * the convention for whole numbers. name lives as long as the machine. At most MACHINE_SERVICES of
- * them; not after machine_seal().
+ * the convention for whole numbers (a pair of them where it has 32 bits). name lives as long as the
+ * machine. At most MACHINE_SERVICES of them (thunks.h); not after machine_seal().
  */
-#define MACHINE_SERVICES 32
-struct arguments;
 typedef int64_t machine_function(void *context, struct arguments *arguments);
 int machine_service(struct machine *machine, const char *name, machine_function *function,
                     void *context, void **pointer, char why[MACHINE_WHY]);
@@ -272,9 +272,8 @@ void *machine_address(const struct machine *machine, uint64_t vaddr);
 bool machine_vaddr(const struct machine *machine, const void *address, uint64_t *vaddr);
 
 /*
- * Host services (functions that the module calls through PLC_DATA) bracket themselves with these,
- * so that a bad pointer or an endless loop inside them is charged to the module's call:
- *   machine_service_enter(m, "pswprintf", __builtin_return_address(0)); ...
+ * What machine_service() puts around a service; for functions of the host that are called in
+ * another way: machine_service_enter(m, "pswprintf", __builtin_return_address(0)); ...
  * machine_service_leave(m); leave does not return when the call has been declared hung meanwhile.
  * Services may use one another: the outermost one is charged.
  */

@@ -79,6 +79,13 @@ struct machine_level {
     size_t extended_size;
 };
 
+/* A function of the host that the module may call. */
+struct machine_served {
+    const char *name;
+    machine_function *function;
+    void *context;
+};
+
 /*
  * What the two machines do in ways of their own; machine.c does the rest for both. Called with the
  * module mapped, relocated and copied, in the order open, mapped..., sealing, calls, close.
@@ -112,6 +119,7 @@ extern const struct machine_ops machine_native, machine_instrumented;
 struct machine {
     const struct machine_ops *ops;
     struct machine_config config;
+    enum arguments_convention convention; /* of the module's functions */
     pid_t process;
     bool sealed;
     bool timing;
@@ -126,6 +134,9 @@ struct machine {
     size_t stack_size;
     uint64_t stack_pattern;
     size_t stack_deepest; /* before the latest machine_reload() */
+
+    struct machine_served services[MACHINE_SERVICES];
+    unsigned service_count;
 
     unsigned level; /* how many calls are interrupted */
     unsigned level_count;
@@ -264,6 +275,13 @@ void machine_fill_stacks(struct machine *machine);
 size_t machine_stack_deepest(const struct machine *machine);
 void machine_regions_release(struct machine *machine);
 void machine_describe_address(const struct machine *machine, struct machine_fault *fault);
+
+/* serve.c */
+int machine_native_service(struct machine *machine, const char *name, machine_function *function,
+                           void *context, void **pointer, char why[MACHINE_WHY]);
+/* What every machine does when module code has called service `number`. */
+int64_t machine_service_call(struct machine *machine, unsigned number, struct arguments *arguments,
+                             void *return_address);
 
 /* poison.c */
 void machine_poison(const struct image *image, uint8_t *hull, enum machine_poison poison,

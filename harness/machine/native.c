@@ -71,6 +71,7 @@ static bool native_busy(const struct machine *machine)
 const struct machine_ops machine_native = {
     .open = native_open,
     .close = native_close,
+    .service = machine_native_service,
     .busy = native_busy,
     .call = machine_native_call,
     .interrupt_next = machine_native_interrupt_next,
