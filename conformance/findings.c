@@ -62,6 +62,13 @@ void finding_place(struct finding *finding, const struct case_file *file, uint64
     int at = snprintf(finding->place, sizeof finding->place, "%s+0x%" PRIx64, file->name, vaddr);
     if (place.function != NULL && at < FINDING_TEXT)
         at += snprintf(finding->place + at, (size_t)(FINDING_TEXT - at), " (%s)", place.function);
+    finding->has_address = true;
+    finding->address = vaddr;
+    if (place.file != NULL) {
+        snprintf(finding->file, sizeof finding->file, "%s", place.file);
+        finding->line = place.line;
+    }
+    clean(finding->file);
     if (place.file != NULL && at < FINDING_TEXT)
         snprintf(finding->place + at, (size_t)(FINDING_TEXT - at), " %s:%d", place.file,
                  place.line);

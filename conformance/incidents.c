@@ -85,6 +85,9 @@ void incident_describe(const struct evidence_incident *incident, char text[FINDI
     case MACHINE_FAULT:
         describe_fault(fault, what, sizeof what);
         break;
+    case MACHINE_UNSUPPORTED:
+        snprintf(what, sizeof what, "executed an instruction that the emulated CPU lacks");
+        break;
     case MACHINE_RETURNED:
         snprintf(what, sizeof what, "returned");
         break;

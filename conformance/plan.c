@@ -54,6 +54,13 @@ static void plan_one(const struct check_options *options, const struct product *
     /* What a bus file announces is known when the bus is there. */
     e->host.without_bus = row->cycle_us == 0 && !e->host.plant->as_found;
     e->host.mutation = row->mutation;
+    e->poison = row->poison;
+    e->places = row->places;
+    if (row->data_bytes != 0)
+        e->host.data_bytes = row->data_bytes;
+    e->host.counters = row->counters;
+    e->host.kept_module = row->restart_ms != 0;
+    e->reload_ns = row->restart_ms * UINT64_C(1000000);
     e->host.preempt = row->preempt;
     if (row->faults != NULL) {
         e->host.faults = row->faults;

@@ -31,7 +31,13 @@ struct experiment_row {
     uint32_t milliseconds; /* of machine time; 0: CHECK_SECONDS */
     int generation;        /* the only one that it is for; 0: any */
     struct mutation mutation;
-    bool instrumented;           /* on the instrumented machine */
+    enum machine_poison poison; /* MACHINE_POISON_NONE: the usual one */
+    uint64_t places;            /* not 0: module, stack and memories lie elsewhere */
+    uint32_t data_bytes;        /* of TGM_Data; 0: as usual */
+    uint32_t counters;          /* where ticks and timers begin to count */
+    uint32_t restart_ms; /* machine time at which the PLC is run again without loading the file
+                            again: globals hold what they held; 0: never */
+    bool instrumented;   /* on the instrumented machine */
     struct host_preempt preempt; /* how Program_01 to 03 are interrupted */
     const char *faults; /* script of what goes wrong on the bus (docs/faults.md); NULL: nothing */
 };

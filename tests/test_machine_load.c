@@ -44,7 +44,7 @@ static void raw_segment(struct raw *raw, uint64_t vaddr, uint64_t mem_size, uint
 static void raw_reloc(struct raw *raw, uint64_t vaddr, int64_t addend, enum image_reloc_kind kind)
 {
     raw->relocs[raw->image.reloc_count++] =
-        (struct image_reloc){ .vaddr = vaddr, .addend = addend, .kind = kind };
+        (struct image_reloc){ .vaddr = vaddr, .addend = addend, .kind = kind, .width = 8 };
 }
 
 static struct machine *raw_load(struct raw *raw, uint64_t seed, bool poison)

@@ -372,7 +372,7 @@ static void a_reload_brings_back_data_and_stack(void **state)
 
 static void a_reload_brings_back_the_poison(void **state)
 {
-    const struct machine_config poisoned = { .seed = 3, .poison = true, .hang_ns = TEST_HANG_NS };
+    const struct machine_config poisoned = { .seed = 3, .poison = MACHINE_POISON_SEEDED, .hang_ns = TEST_HANG_NS };
     char why[MACHINE_WHY];
     int64_t first;
 

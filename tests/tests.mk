@@ -33,7 +33,8 @@ IMAGE_TESTS := test_image test_image_real test_image_bad test_image_damage test_
 MACHINE_TESTS := test_machine test_machine_call test_machine_load test_machine_seal test_worker \
     test_machine_stack \
     test_machine_preempt \
-    test_machine_rehearse
+    test_machine_rehearse \
+    test_arguments
 BUS_TESTS := test_segment test_slave test_coe test_drive test_bus test_client \
     test_drive2 \
     test_tgz \

@@ -12,6 +12,7 @@ build binutils       linker and readelf, nm for the checks of a module
 build libelf-dev     reads ELF modules
 build libdw-dev      source lines of a module, from its debug information
 build libcapstone-dev disassembles modules: how much stack they take
+build libunicorn-dev emulates CPUs: instrumented runs and modules of other targets
 build libseccomp-dev confines the reading of debug information and code
 build libsodium-dev  SHA-256 of modules
 build libjansson-dev JSON reports

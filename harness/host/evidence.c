@@ -28,7 +28,7 @@ static void clean_entry(enum entry *entry)
 static void clean_incident(struct evidence_incident *incident)
 {
     clean_entry(&incident->entry);
-    if ((unsigned)incident->kind > MACHINE_HANG)
+    if ((unsigned)incident->kind > MACHINE_UNSUPPORTED)
         incident->kind = MACHINE_FAULT;
     if ((unsigned)incident->fault.access > MACHINE_ACCESS_EXECUTE)
         incident->fault.access = MACHINE_ACCESS_NONE;

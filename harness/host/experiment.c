@@ -162,7 +162,9 @@ static int prepare(const struct experiment *experiment, struct host_config *arou
 {
     const struct machine_config config = {
         .seed = around->seed,
-        .poison = true,
+        .places = experiment->places,
+        .poison =
+            experiment->poison != MACHINE_POISON_NONE ? experiment->poison : MACHINE_POISON_SEEDED,
         .hang_ns = hang_ns,
         .interruptible = experiment->real_clock || around->preempt.mode != PREEMPT_NONE,
     };

@@ -137,6 +137,9 @@ struct host_config {
     struct mutation mutation;
     struct pcap *capture; /* where the frames of the bus go; NULL: nowhere */
     bool no_autostart;    /* host_start() starts TG Motion, not the PLC: host_run() does */
+    bool kept_module;     /* running the PLC again does not load the file again: globals hold what
+                             they held */
+    uint32_t counters;    /* where HEADER.Life_Tick, MAIN.Servo_Tick and TIMERS.Timer_Up begin */
     bool resettable;      /* keeps a copy of the start, for host_reset() and the like */
     struct host_preempt preempt;
     struct realtime *real; /* opened: slots come when they are due by the wall clock */

@@ -147,8 +147,10 @@ struct host {
     void *memory[HOST_MEMORIES];       /* by catalogue index */
     size_t memory_bytes[HOST_MEMORIES];
     SYSTEM *system;
-    PLC_DATA *plc_data[ENTRY_COUNT];    /* the host's view */
-    void *plc_data_module[ENTRY_COUNT]; /* what the module is given: read-only */
+    unsigned char *plc_data[ENTRY_COUNT]; /* the host's view, as wide as the module's pointers */
+    void *plc_data_module[ENTRY_COUNT];   /* what the module is given: read-only */
+    size_t word_bytes;                    /* of those pointers */
+    void *device_info, *device_name;      /* the module's: pcGetDeviceInfo_v and its text */
     uint64_t entry_address[ENTRY_COUNT];
 
     struct bus *bus;
@@ -222,8 +224,8 @@ extern const struct host_part host_console, host_statistics, host_eeprom, host_s
 extern const struct host_part host_timers, host_servo, host_capture, host_motion, host_dio,
     host_interpolator;
 
-/* services.c: fills the functions of a PLC_DATA; the services act for this host from now on. */
-void services_bind(struct host *host, PLC_DATA *data);
+/* services.c: puts the functions into every PLC_DATA. */
+int services_open(struct host *host, char why[HOST_WHY]);
 
 /* console.c: text of the module; id_and_severity as in generation 5. Reads text to its end. */
 void console_text16(struct host *host, uint32_t id_and_severity, const uint16_t *text);
@@ -319,6 +321,9 @@ void interpolator_command(const struct host *host, struct interpolator *in);
 /* memories.c */
 int memories_open(struct host *host, char why[HOST_WHY]);
 void memories_mutate(struct host *host);
+/* A member of a PLC_DATA, by its offset in one of 64 bits: all of them are words, structSize and
+ * pointers, so that on 32-bit targets everything is half as large and half as far. */
+void plc_data_put(struct host *host, enum entry entry, size_t offset, uint64_t value);
 
 /* Seconds in a Cycle_Time. */
 static inline double host_cycle_seconds(const struct host *host)

@@ -106,7 +106,7 @@ static void load(struct host *host)
 {
     char why[MACHINE_WHY];
     MAIN *m = &host->system->Main;
-    const bool loaded = machine_reload(host->machine, why) == 0;
+    const bool loaded = host->config.kept_module || machine_reload(host->machine, why) == 0;
     host->plc.step = PLC_STOPPED;
     host->loop_begin = host->cycle;
     for (int entry = 0; entry < ENTRY_COUNT; entry++)

@@ -11,6 +11,17 @@ static void step(TIMERS *timers)
     }
 }
 
+static int open_timers(struct host *host, char why[HOST_WHY])
+{
+    const uint32_t first = host->config.counters;
+    (void)why;
+    host->system->Header.Life_Tick = first;
+    host->system->Main.Servo_Tick = first;
+    for (int i = 0; i < MAX_TIMER_UP; i++)
+        host->system->Timers.Timer_Up[i] = first;
+    return 0;
+}
+
 static void cycle(struct host *host)
 {
     host->system->Header.Life_Tick++;
@@ -19,4 +30,4 @@ static void cycle(struct host *host)
         step(&host->system->Timers);
 }
 
-const struct host_part host_timers = { .name = "timers", .cycle = cycle };
+const struct host_part host_timers = { .name = "timers", .open = open_timers, .cycle = cycle };

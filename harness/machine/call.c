@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
-/* call.c - one call into the module, seen from the host; and the brackets around host services. */
+/* call.c - one native call into the module, seen from the host; and the brackets around services.
+ */
 #include <signal.h>
 #include <string.h>
 
@@ -79,8 +80,8 @@ __attribute__((noinline)) void machine_irregular(const struct machine *machine, 
     outcome->value = 0;
 }
 
-void machine_call(struct machine *machine, uint64_t function, void *argument,
-                  struct machine_outcome *outcome)
+void machine_native_call(struct machine *machine, uint64_t function, void *argument,
+                         struct machine_outcome *outcome)
 {
     uint64_t begin = machine->timing ? now_ns() : 0;
     struct machine_left left;
@@ -93,6 +94,7 @@ void machine_call(struct machine *machine, uint64_t function, void *argument,
     outcome->elapsed_ns = machine->timing ? now_ns() - begin : 0;
     outcome->kind = MACHINE_RETURNED;
     outcome->abi_broken = 0;
+    outcome->instructions = outcome->stack_bytes = 0;
     outcome->value = left.value;
     if (machine->config.interruptible)
         machine_level_end(machine);
@@ -100,15 +102,11 @@ void machine_call(struct machine *machine, uint64_t function, void *argument,
         machine_irregular(machine, left.how, outcome);
 }
 
-void machine_timing(struct machine *machine, bool on)
-{
-    machine->timing = on;
-}
-
-void machine_service_enter(struct machine *machine, const char *service, void *return_address)
+void machine_native_service_enter(struct machine *machine, const char *service,
+                                  void *return_address)
 {
     if (machine_incident.service_depth == 0) {
-        machine->services++;
+        machine->served++;
         if (machine->config.interruptible)
             machine_service_steps(machine, false);
         machine_incident.service = service;
@@ -129,7 +127,7 @@ static __attribute__((noinline)) void leave_hung(const struct machine *machine)
     machine_abandon();
 }
 
-void machine_service_leave(struct machine *machine)
+void machine_native_service_leave(struct machine *machine)
 {
     if (machine_incident.service_depth == 0)
         return;

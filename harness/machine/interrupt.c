@@ -78,8 +78,8 @@ void machine_level_set(struct machine *machine, unsigned level)
     machine_state.stack_top = machine_stack_top(machine, machine->stack);
 }
 
-void machine_interrupt_next(struct machine *machine, uint64_t after, machine_interrupt *hook,
-                            void *argument)
+void machine_native_interrupt_next(struct machine *machine, uint64_t after, machine_interrupt *hook,
+                                   void *argument)
 {
     struct machine_level *level = running(machine);
 
@@ -92,7 +92,7 @@ void machine_interrupt_next(struct machine *machine, uint64_t after, machine_int
     level->hook = hook; /* from here on an alarm is heard */
 }
 
-uint64_t machine_instructions(const struct machine *machine)
+uint64_t machine_native_instructions(const struct machine *machine)
 {
     return machine->levels[machine->level].executed;
 }
@@ -288,7 +288,7 @@ bool machine_interrupt_signal(struct machine *machine, int sig, ucontext_t *cont
     return vector == VECTOR_DEBUG && machine_state.active && step(machine, context, ip);
 }
 
-int machine_alarm_open(struct machine *machine, char why[MACHINE_WHY])
+int machine_native_alarm_open(struct machine *machine, char why[MACHINE_WHY])
 {
     struct sigevent event;
 
@@ -308,7 +308,7 @@ int machine_alarm_number(const struct machine *machine)
     return machine->has_alarm ? (int)(uintptr_t)machine->alarm : -1;
 }
 
-void machine_alarm_at(struct machine *machine, uint64_t monotonic_ns)
+void machine_native_alarm_at(struct machine *machine, uint64_t monotonic_ns)
 {
     struct itimerspec when;
 

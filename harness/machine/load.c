@@ -1,64 +1,17 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /*
  * load.c - a module from its image into memory, as TG Motion does it: map, relocate relatively,
- * protect. Nothing is resolved, nothing is run.
+ * protect. Nothing is resolved, nothing is run. The same for every machine and every target.
  */
 #define _GNU_SOURCE 1
 #include <errno.h>
-#include <stdarg.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/auxv.h>
 #include <sys/mman.h>
-#include <sys/personality.h>
-#include <unistd.h>
 
 #include "machine/machine_private.h"
 
-#define HWCAP2_FSGSBASE_BIT (1ul << 1)
-#define TRAP_FILL           0xcc /* int3 */
-
-int machine_fail(char why[MACHINE_WHY], int error, const char *format, ...)
-{
-    va_list arguments;
-
-    va_start(arguments, format);
-    vsnprintf(why, MACHINE_WHY, format, arguments);
-    va_end(arguments);
-    return error;
-}
-
-static int check_image(const struct image *image, char why[MACHINE_WHY])
-{
-    uint64_t span = image->span_end - image->span_begin;
-
-    if (image->defect[0] != '\0')
-        return machine_fail(why, -ENOEXEC, "%s", image->defect);
-    if (image->format != IMAGE_FORMAT_ELF64 || image->target != IMAGE_TARGET_X86_64)
-        return machine_fail(why, -ENOEXEC,
-                            "only ELF64 modules for x86-64 run natively, this is %s %s",
-                            image->format_name, image->target_name);
-    if (image->span_begin >= image->span_end || (image->span_begin | image->span_end) % PAGE != 0)
-        return machine_fail(why, -ENOEXEC, "nothing to map");
-    if (span > HULL_LIMIT)
-        return machine_fail(why, -EFBIG,
-                            "the segments span %llu bytes of memory, at most %llu are mapped",
-                            (unsigned long long)span, (unsigned long long)HULL_LIMIT);
-    return 0;
-}
-
-/* Otherwise every readable page would be executable. */
-static int check_process(char why[MACHINE_WHY])
-{
-    int persona = personality(0xffffffff);
-
-    if (machine_incident.machine != NULL)
-        return machine_fail(why, -EBUSY, "this process has loaded a module already");
-    if (persona != -1 && (persona & READ_IMPLIES_EXEC))
-        return machine_fail(why, -ENOTSUP, "the process runs with READ_IMPLIES_EXEC");
-    return 0;
-}
+#define TRAP_FILL 0xcc /* int3 */
 
 static uint64_t first_page(uint64_t vaddr)
 {
@@ -153,6 +106,7 @@ static void copy_segments(const struct machine *machine, const struct image *ima
     }
 }
 
+/* A word becomes load address + addend, in as many bytes as it has. */
 static void relocate(const struct machine *machine, const struct image *image)
 {
     for (size_t i = 0; i < image->reloc_count; i++) {
@@ -160,19 +114,43 @@ static void relocate(const struct machine *machine, const struct image *image)
         uint64_t value = (uint64_t)machine_address(machine, (uint64_t)reloc->addend);
 
         if (reloc->kind == IMAGE_RELOC_RELATIVE)
-            memcpy(machine_address(machine, reloc->vaddr), &value, sizeof value);
+            memcpy(machine_address(machine, reloc->vaddr), &value,
+                   reloc->width < sizeof value ? reloc->width : sizeof value);
     }
 }
 
-static int map_image(struct machine *machine, const struct image *image, char why[MACHINE_WHY])
+/* Where the module shall lie: its own choice when it runs nowhere else, ours otherwise. */
+static int reserve_hull(struct machine *machine, const struct image *image,
+                        struct machine_reservation *around, char why[MACHINE_WHY])
+{
+    const size_t size = image->span_end - image->span_begin + 2 * HULL_GUARD;
+    const uint64_t wanted = image->base + image->span_begin - HULL_GUARD;
+    int error;
+
+    if (!image->fixed) {
+        error = machine_reserve(around, machine_place_seed(machine), machine->region_count,
+                                machine->low, size);
+        return error == 0 ? 0
+                          : machine_fail(why, error, "no address space for the module: %s",
+                                         strerror(-error));
+    }
+    error = machine_reserve_at(around, wanted, size);
+    return error == 0 ? 0
+                      : machine_fail(why, error,
+                                     "the module runs at 0x%llx only, and that place is "
+                                     "taken: %s",
+                                     (unsigned long long)(image->base + image->span_begin),
+                                     strerror(-error));
+}
+
+int machine_map_image(struct machine *machine, const struct image *image, char why[MACHINE_WHY])
 {
     struct machine_region *region = machine_region_add(machine, "module");
     size_t span = image->span_end - image->span_begin;
-    int error = machine_reserve(&region->around, machine->config.seed, machine->region_count,
-                                span + 2 * HULL_GUARD);
+    int error = reserve_hull(machine, image, &region->around, why);
 
     if (error != 0)
-        return machine_fail(why, error, "no address space for the module: %s", strerror(-error));
+        return error;
     machine->region_count++;
     machine->hull = region->around.base + HULL_GUARD;
     machine->span_begin = image->span_begin;
@@ -189,90 +167,12 @@ static int map_image(struct machine *machine, const struct image *image, char wh
         fill_slack(machine);
         copy_segments(machine, image);
         if (machine->config.poison)
-            machine_poison(image, machine->hull, machine->config.seed);
+            machine_poison(image, machine->hull, machine->config.poison, machine->config.seed);
         relocate(machine, image);
         error = protect(machine, false);
     }
     return error == 0 ? 0
                       : machine_fail(why, error, "no memory for the module: %s", strerror(-error));
-}
-
-/* The module starts every call with the same callee-saved registers: no host address leaks in, and
- * a change is noticed. No canonical address, so that using one as a pointer faults. */
-static void prepare_state(const struct machine *machine)
-{
-    struct machine_state fresh = { .has_fsgsbase = 0 };
-
-    fresh.serial = machine_state.serial;
-    for (unsigned i = 0; i < 6; i++)
-        fresh.sentinel[i] =
-            (machine_mix(machine->config.seed, 2, i) & 0x0000ffffffffffffu) | 0x5e00000000000000u;
-    fresh.stack_top = machine_stack_top(machine, machine->stack);
-    fresh.has_fsgsbase = (getauxval(AT_HWCAP2) & HWCAP2_FSGSBASE_BIT) != 0;
-    __asm__("mov %%fs:0, %0" : "=r"(fresh.host_fs)); /* thread control block: points to itself */
-    machine_state = fresh;
-}
-
-int machine_load(struct machine **out, const struct image *image,
-                 const struct machine_config *config, char why[MACHINE_WHY])
-{
-    struct machine *machine;
-    int error;
-
-    *out = NULL;
-    why[0] = '\0';
-    error = check_image(image, why);
-    if (error == 0)
-        error = check_process(why);
-    if (error != 0)
-        return error;
-    machine = calloc(1, sizeof *machine);
-    if (machine == NULL)
-        return machine_fail(why, -ENOMEM, "no memory");
-    machine->config = *config;
-    machine->process = getpid();
-    if (machine->config.stack_size == 0)
-        machine->config.stack_size = DEFAULT_STACK;
-    if (machine->config.hang_ns == 0)
-        machine->config.hang_ns = DEFAULT_HANG_NS;
-
-    error = map_image(machine, image, why);
-    if (error == 0)
-        error = machine_map_stacks(machine, why);
-    if (error == 0)
-        error = machine_levels_open(machine, why);
-    if (error == 0)
-        error = machine_copy_keep(machine, why);
-    if (error == 0) {
-        prepare_state(machine);
-        machine_incident = (struct machine_incident){ .machine = machine };
-        error = machine_handlers_install(machine, why);
-    }
-    if (error == 0)
-        error = machine_watchdog_start(machine, why);
-    if (error != 0) {
-        machine_unload(machine);
-        return error;
-    }
-    *out = machine;
-    return 0;
-}
-
-void machine_unload(struct machine *machine)
-{
-    if (machine == NULL)
-        return;
-    machine_watchdog_stop(machine);
-    machine_levels_close(machine);
-    machine_handlers_remove(machine);
-    if (machine_incident.machine == machine)
-        machine_incident.machine = NULL;
-    machine_regions_release(machine);
-    if (!machine->sealed)
-        machine_release(&machine->signal_stack);
-    machine_release(&machine->copy);
-    free(machine->page_access);
-    free(machine);
 }
 
 void *machine_address(const struct machine *machine, uint64_t vaddr)

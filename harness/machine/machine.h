@@ -30,6 +30,9 @@
 #include <stdint.h>
 
 #include "image/image.h"
+#include "machine/arguments.h"
+#include "machine/thunks.h"
+#include "machine/trace.h"
 
 #define MACHINE_WHY         512
 #define MACHINE_LEVELS      4 /* calls that may stand inside one another, each with its own stack */
@@ -39,14 +42,37 @@
 
 struct machine;
 
+/* What writable data holds before the first call: TG Motion does not initialise globals. Words that
+ * a relocation patches and the RELRO range keep their values in any case. */
+enum machine_poison {
+    MACHINE_POISON_NONE,     /* the initial values of the file, zeros where it has none */
+    MACHINE_POISON_SEEDED,   /* a pattern that is a function of the seed */
+    MACHINE_POISON_INVERTED, /* the same with every bit turned over */
+    MACHINE_POISON_ZERO      /* all zeros, initial values as well */
+};
+
+/*
+ * Two machines, the same in everything that a caller sees but where it says "instrumented".
+ *
+ * Native: the processor runs the module in this process. x86-64 only.
+ *
+ * Instrumented: an emulated CPU runs it, of whatever target the image is for. Addresses are the
+ * host's: what machine_map() returns can be handed to the module as it is; memory of 32-bit targets
+ * lies below 2 GiB. Time is instructions: nothing that a call does depends on the clock.
+ */
+enum machine_kind { MACHINE_NATIVE, MACHINE_INSTRUMENTED };
+
 struct machine_config {
-    uint64_t seed;      /* places and poison are a function of it (and of nothing else) */
-    bool poison;        /* fill writable data with a seeded pattern instead of its initial values:
-                           TG Motion does not initialise globals. Words that a relocation patches and
-                           the RELRO range keep their values. */
-    size_t stack_size;  /* bytes for module code, rounded up to pages; 0 = 256 KiB */
-    uint64_t hang_ns;   /* a call longer than this is a hang; 0 = 1 s. Wall time: found when it
-                           has taken between 1 and 1.25 of this; at least 1 ms. */
+    enum machine_kind kind;
+    uint64_t seed;   /* what the module sees on entry is a function of it and of the next two */
+    uint64_t places; /* another number: module, stack and memories lie elsewhere, all else alike */
+    enum machine_poison poison;
+    size_t stack_size; /* bytes for module code, rounded up to pages; 0 = 256 KiB */
+    uint64_t hang_ns;  /* a call longer than this is a hang; 0 = 1 s. Wall time: found when it
+                          has taken between 1 and 1.25 of this; at least 1 ms. */
+    uint64_t hang_instructions; /* instrumented, instead of hang_ns: a call that has executed so
+                                   many is a hang; 0 = hang_ns / 50 */
+    const struct machine_trace *trace; /* instrumented; NULL: nothing is traced, which is faster */
     bool interruptible; /* calls may be interrupted; costs MACHINE_LEVELS - 1 stacks more, and
                            nothing in calls that are not */
 };
@@ -55,13 +81,18 @@ enum machine_region_access { MACHINE_REGION_READ, MACHINE_REGION_READ_WRITE };
 
 enum machine_outcome_kind {
     MACHINE_RETURNED,
-    MACHINE_FAULT,   /* processor exception: see fault */
-    MACHINE_SYSCALL, /* module code issued a system call; it was not carried out */
-    MACHINE_HANG     /* did not return in hang_ns */
+    MACHINE_FAULT,      /* processor exception: see fault */
+    MACHINE_SYSCALL,    /* module code issued a system call; it was not carried out */
+    MACHINE_HANG,       /* did not return in hang_ns */
+    MACHINE_UNSUPPORTED /* instrumented: the emulated CPU lacks an instruction that a real one of
+                           the target may have (fault.pc); says nothing about the module */
 };
 
 /* Parts of the calling convention that a module can break and still return. Everything is put right
- * again before machine_call() returns. */
+ * again before machine_call() returns. The names are those of x86-64; other targets use the same
+ * bits: i386: RBX ebx, RBP ebp, R12 esi, R13 edi Arm: RBX r4, RBP r5, R12 r6, R13 r7, R14 r8 or r9,
+ * R15 r10 or r11; MXCSR: FPSCR; X87_STACK: d8 to d15 Win64: as x86-64, R12 also rsi, R13 also rdi;
+ * X87_STACK also xmm6 to xmm15 */
 enum machine_abi {
     MACHINE_ABI_RBX = 1 << 0, /* callee-saved registers */
     MACHINE_ABI_RBP = 1 << 1,
@@ -109,11 +140,23 @@ struct machine_fault {
 
 struct machine_outcome {
     enum machine_outcome_kind kind;
-    unsigned abi_broken;        /* enum machine_abi bits when MACHINE_RETURNED, 0 otherwise */
-    int64_t value;              /* raw 64-bit return register when MACHINE_RETURNED */
-    uint64_t elapsed_ns;        /* wall time of the call, 0 unless timing is on (machine_timing) */
+    unsigned abi_broken;   /* enum machine_abi bits when MACHINE_RETURNED, 0 otherwise */
+    int64_t value;         /* raw 64-bit return register when MACHINE_RETURNED */
+    uint64_t instructions; /* instrumented: of the module's own that this call executed, exact, also
+                              when it did not return (a repeated string instruction counts each
+                              time; what an interrupting call executes is that one's); native: 0 */
+    uint64_t stack_bytes;  /* instrumented: how deep this call went into the module's stack, host
+                              services not included; native: 0 */
+    uint64_t elapsed_ns;   /* wall time of the call, 0 unless timing is on (machine_timing) */
     struct machine_fault fault; /* not written when MACHINE_RETURNED */
 };
+
+/* Whether a machine of that kind runs such an image: 0, or -ENOEXEC with the reason. An image with
+ * a defect runs nowhere. */
+int machine_fits(const struct image *image, enum machine_kind kind, char why[MACHINE_WHY]);
+
+/* Bytes of a pointer as the module knows it: 4 or 8. */
+unsigned machine_pointer_size(const struct machine *machine);
 
 /*
  * Maps and relocates the module. 0, or negative errno with a reason: a defect in the image, no
@@ -155,6 +198,17 @@ int machine_map(struct machine *machine, const char *name, size_t size,
  * from its beginning, so that it is the last page that has slack. */
 int machine_map_shared(struct machine *machine, const char *name, size_t size, int fd,
                        void **memory, char why[MACHINE_WHY]);
+
+/*
+ * A function of the host as a pointer that the module can call, whatever its calling convention:
+ * the machine reads what the module passes (arguments.h) and brackets the call as
+ * machine_service_enter() does. What function returns is what the module gets, in the register of
+ * the convention for whole numbers (a pair of them where it has 32 bits). name lives as long as the
+ * machine. At most MACHINE_SERVICES of them (thunks.h); not after machine_seal().
+ */
+typedef int64_t machine_function(void *context, struct arguments *arguments);
+int machine_service(struct machine *machine, const char *name, machine_function *function,
+                    void *context, void **pointer, char why[MACHINE_WHY]);
 
 /* Arms the traps: from here on, system calls issued by module code are caught (seccomp filter on
  * the instruction pointer's range, plus the sandbox of sandbox.h). Cannot be undone in this
@@ -232,6 +286,10 @@ void machine_alarm_at(struct machine *machine, uint64_t monotonic_ns);
  * Host services run on the module's stack as well and count. */
 size_t machine_stack_used(const struct machine *machine);
 
+/* Instrumented: which bytes of the module have been executed since machine_load(), bit n % 8 of
+ * byte n / 8 for module address *begin + n, up to *end. NULL natively. */
+const uint8_t *machine_coverage(const struct machine *machine, uint64_t *begin, uint64_t *end);
+
 /* The address at which the module address vaddr runs. */
 void *machine_address(const struct machine *machine, uint64_t vaddr);
 
@@ -239,9 +297,8 @@ void *machine_address(const struct machine *machine, uint64_t vaddr);
 bool machine_vaddr(const struct machine *machine, const void *address, uint64_t *vaddr);
 
 /*
- * Host services (functions that the module calls through PLC_DATA) bracket themselves with these,
- * so that a bad pointer or an endless loop inside them is charged to the module's call:
- *   machine_service_enter(m, "pswprintf", __builtin_return_address(0)); ...
+ * What machine_service() puts around a service; for functions of the host that are called in
+ * another way: machine_service_enter(m, "pswprintf", __builtin_return_address(0)); ...
  * machine_service_leave(m); leave does not return when the call has been declared hung meanwhile.
  * Services may use one another: the outermost one is charged.
  */

@@ -79,8 +79,47 @@ struct machine_level {
     size_t extended_size;
 };
 
+/* A function of the host that the module may call. */
+struct machine_served {
+    const char *name;
+    machine_function *function;
+    void *context;
+};
+
+/*
+ * What the two machines do in ways of their own; machine.c does the rest for both. Called with the
+ * module mapped, relocated and copied, in the order open, mapped..., sealing, calls, close.
+ */
+struct machine_ops {
+    int (*open)(struct machine *machine, const struct image *image, char why[MACHINE_WHY]);
+    void (*close)(struct machine *machine); /* also after an open that failed half way */
+    /* A region was added; pages is what module code may reach of it. */
+    int (*mapped)(struct machine *machine, const struct machine_region *region, uint8_t *pages,
+                  size_t size, enum machine_region_access access, char why[MACHINE_WHY]);
+    /* NULL: no services are made */
+    int (*service)(struct machine *machine, const char *name, machine_function *function,
+                   void *context, void **pointer, char why[MACHINE_WHY]);
+    int (*sealing)(struct machine *machine, char why[MACHINE_WHY]);
+    bool (*busy)(const struct machine *machine); /* a call is under way */
+    void (*call)(struct machine *machine, uint64_t function, void *argument,
+                 struct machine_outcome *outcome);
+    void (*reloaded)(struct machine *machine);
+    void (*interrupt_next)(struct machine *machine, uint64_t after, machine_interrupt *hook,
+                           void *argument);
+    uint64_t (*instructions)(const struct machine *machine);
+    int (*alarm_open)(struct machine *machine, char why[MACHINE_WHY]);
+    void (*alarm_at)(struct machine *machine, uint64_t monotonic_ns);
+    size_t (*stack_used)(const struct machine *machine);
+    const uint8_t *(*coverage)(const struct machine *machine);
+    void (*service_enter)(struct machine *machine, const char *service, void *return_address);
+    void (*service_leave)(struct machine *machine);
+};
+extern const struct machine_ops machine_native, machine_instrumented;
+
 struct machine {
+    const struct machine_ops *ops;
     struct machine_config config;
+    enum arguments_convention convention; /* of the module's functions */
     pid_t process;
     bool sealed;
     bool timing;
@@ -88,14 +127,19 @@ struct machine {
     uint8_t *hull; /* where span_begin runs */
     uint64_t span_begin, span_end;
     uint8_t *page_access; /* PROT_* of each page of the hull */
+    unsigned pointer_size;
+    bool low; /* everything that the module sees lies below 2 GiB */
 
     uint8_t *stack; /* lowest byte of the running level's */
     size_t stack_size;
     uint64_t stack_pattern;
     size_t stack_deepest; /* before the latest machine_reload() */
 
-    uint64_t services; /* entered so far */
-    size_t decoder;    /* Capstone's handle, 0: not open yet; and its instruction */
+    struct machine_served services[MACHINE_SERVICES];
+    unsigned service_count;
+    uint64_t served; /* services entered so far */
+
+    size_t decoder; /* Capstone's handle, 0: not open yet; and its instruction */
     void *decoded;
 
     unsigned level; /* how many calls are interrupted */
@@ -203,6 +247,15 @@ static inline uint64_t machine_peek(uint64_t address)
     return word;
 }
 
+/* Base of fs: the thread control block, which points to itself. */
+static inline uint64_t machine_thread_base(void)
+{
+    uint64_t base;
+
+    __asm__("mov %%fs:0, %0" : "=r"(base));
+    return base;
+}
+
 /* Where a call's stack pointer begins. */
 static inline uint64_t machine_stack_top(const struct machine *machine, const uint8_t *stack)
 {
@@ -215,21 +268,54 @@ void machine_irregular(const struct machine *machine, uint64_t how,
 
 /* regions.c */
 uint64_t machine_mix(uint64_t seed, uint64_t a, uint64_t b);
-int machine_reserve(struct machine_reservation *out, uint64_t seed, unsigned ordinal, size_t size);
+/* The seed of places. */
+uint64_t machine_place_seed(const struct machine *machine);
+/* Anywhere, as seed and ordinal determine; low: below 2 GiB. */
+int machine_reserve(struct machine_reservation *out, uint64_t seed, unsigned ordinal, bool low,
+                    size_t size);
+/* There and nowhere else. */
+int machine_reserve_at(struct machine_reservation *out, uint64_t address, size_t size);
 void machine_release(struct machine_reservation *reservation);
 struct machine_region *machine_region_add(struct machine *machine, const char *name);
+/* The row that machine_region_add() returned is in force: counted, and the machine knows it. */
+int machine_region_done(struct machine *machine, uint8_t *pages, size_t size,
+                        enum machine_region_access access, char why[MACHINE_WHY]);
 int machine_map_stacks(struct machine *machine, char why[MACHINE_WHY]);
 void machine_fill_stacks(struct machine *machine);
+size_t machine_stack_deepest(const struct machine *machine);
 void machine_regions_release(struct machine *machine);
 void machine_describe_address(const struct machine *machine, struct machine_fault *fault);
 
+/* serve.c */
+int machine_native_service(struct machine *machine, const char *name, machine_function *function,
+                           void *context, void **pointer, char why[MACHINE_WHY]);
+/* What every machine does when module code has called service `number`. */
+int64_t machine_service_call(struct machine *machine, unsigned number, struct arguments *arguments,
+                             void *return_address);
+
 /* poison.c */
-void machine_poison(const struct image *image, uint8_t *hull, uint64_t seed);
+void machine_poison(const struct image *image, uint8_t *hull, enum machine_poison poison,
+                    uint64_t seed);
 
 /* reload.c */
 int machine_copy_keep(struct machine *machine, char why[MACHINE_WHY]);
 
+/* load.c */
+int machine_map_image(struct machine *machine, const struct image *image, char why[MACHINE_WHY]);
+
+/* call.c */
+void machine_native_call(struct machine *machine, uint64_t function, void *argument,
+                         struct machine_outcome *outcome);
+void machine_native_service_enter(struct machine *machine, const char *service,
+                                  void *return_address);
+void machine_native_service_leave(struct machine *machine);
+
 /* interrupt.c */
+void machine_native_interrupt_next(struct machine *machine, uint64_t after, machine_interrupt *hook,
+                                   void *argument);
+uint64_t machine_native_instructions(const struct machine *machine);
+int machine_native_alarm_open(struct machine *machine, char why[MACHINE_WHY]);
+void machine_native_alarm_at(struct machine *machine, uint64_t monotonic_ns);
 int machine_levels_open(struct machine *machine, char why[MACHINE_WHY]);
 void machine_levels_close(struct machine *machine);
 /* The kernel's number of the alarm, -1 when there is none. */
@@ -261,7 +347,7 @@ int machine_watchdog_start(struct machine *machine, char why[MACHINE_WHY]);
 void machine_watchdog_stop(struct machine *machine);
 bool machine_watchdog_tick(struct machine *machine, uint64_t ip);
 
-/* load.c: prints into why and returns error, for `return machine_fail(...)` */
+/* machine.c: prints into why and returns error, for `return machine_fail(...)` */
 int machine_fail(char why[MACHINE_WHY], int error, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 

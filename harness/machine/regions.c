@@ -17,9 +17,12 @@
 #define MAP_FIXED_NOREPLACE 0x100000
 #endif
 
-#define PLACES_BEGIN (1ull << 45)
-#define PLACES_SIZE  (1ull << 45)
-#define PLACE_TRIES  64
+#define PLACES_BEGIN   (1ull << 45)
+#define PLACES_SIZE    (1ull << 45)
+#define LOW_BEGIN      0x10000000ull /* above the place of flat images */
+#define LOW_SIZE       0x6f000000ull /* the address sanitizer's shadow begins at 2 GiB */
+#define PLACES_ORDINAL 0x706c61636573u
+#define PLACE_TRIES    64
 
 /* splitmix64 over a point in three dimensions. */
 uint64_t machine_mix(uint64_t seed, uint64_t a, uint64_t b)
@@ -56,16 +59,34 @@ static bool reserve_at(struct machine_reservation *out, uint64_t address, size_t
     return true;
 }
 
+int machine_reserve_at(struct machine_reservation *out, uint64_t address, size_t size)
+{
+    return reserve_at(out, address, size) ? 0 : -errno;
+}
+
+uint64_t machine_place_seed(const struct machine *machine)
+{
+    const struct machine_config *config = &machine->config;
+
+    return config->places == 0 ? config->seed
+                               : machine_mix(config->seed, PLACES_ORDINAL, config->places);
+}
+
 /*
  * Reserves size bytes at the first free place of a sequence that seed and ordinal determine. Never
  * across a multiple of 4 GiB: the system call filter compares only the lower half of an address.
  */
-int machine_reserve(struct machine_reservation *out, uint64_t seed, unsigned ordinal, size_t size)
+int machine_reserve(struct machine_reservation *out, uint64_t seed, unsigned ordinal, bool low,
+                    size_t size)
 {
+    const uint64_t begin = low ? LOW_BEGIN : PLACES_BEGIN;
+    const uint64_t room = low ? LOW_SIZE : PLACES_SIZE + size;
+
+    if (size >= room)
+        return -ENOMEM;
     for (unsigned attempt = 0; attempt < PLACE_TRIES; attempt++) {
-        uint64_t places = PLACES_SIZE / PLACE_ALIGN;
-        uint64_t address =
-            PLACES_BEGIN + machine_mix(seed, ordinal, attempt) % places * PLACE_ALIGN;
+        uint64_t places = (room - size) / PLACE_ALIGN;
+        uint64_t address = begin + machine_mix(seed, ordinal, attempt) % places * PLACE_ALIGN;
 
         if (address >> 32 != (address + size) >> 32)
             continue;
@@ -96,6 +117,16 @@ struct machine_region *machine_region_add(struct machine *machine, const char *n
     return region;
 }
 
+int machine_region_done(struct machine *machine, uint8_t *pages, size_t size,
+                        enum machine_region_access access, char why[MACHINE_WHY])
+{
+    const struct machine_region *region = &machine->regions[machine->region_count++];
+
+    return machine->ops->mapped != NULL
+               ? machine->ops->mapped(machine, region, pages, size, access, why)
+               : 0;
+}
+
 static int map_stack(struct machine *machine, uint8_t **stack, char why[MACHINE_WHY])
 {
     struct machine_region *region = machine_region_add(machine, "stack");
@@ -104,19 +135,19 @@ static int map_stack(struct machine *machine, uint8_t **stack, char why[MACHINE_
 
     if (size > STACK_LIMIT)
         return machine_fail(why, -EFBIG, "module stack of %zu bytes is too large", size);
-    error = machine_reserve(&region->around, machine->config.seed, machine->region_count,
-                            HULL_GUARD + size + REGION_GUARD);
+    error = machine_reserve(&region->around, machine_place_seed(machine), machine->region_count,
+                            machine->low, HULL_GUARD + size + REGION_GUARD);
     if (error != 0)
         return machine_fail(why, error, "no address space for the module stack: %s",
                             strerror(-error));
-    machine->region_count++;
     *stack = region->around.base + HULL_GUARD;
     machine->stack_size = size;
     region->start = (uint64_t)*stack;
     region->size = size;
     if (mprotect(*stack, size, PROT_READ | PROT_WRITE) != 0)
-        return machine_fail(why, -errno, "no memory for the module stack: %s", strerror(errno));
-    return 0;
+        error = machine_fail(why, -errno, "no memory for the module stack: %s", strerror(errno));
+    machine->region_count++;
+    return error;
 }
 
 void machine_fill_stacks(struct machine *machine)
@@ -191,8 +222,8 @@ int machine_map_shared(struct machine *machine, const char *name, size_t size, i
 
     if (error != 0)
         return error;
-    error = machine_reserve(&region->around, machine->config.seed, machine->region_count,
-                            pages + 2 * REGION_GUARD);
+    error = machine_reserve(&region->around, machine_place_seed(machine), machine->region_count,
+                            machine->low, pages + 2 * REGION_GUARD);
     if (error == 0) {
         *memory = region->around.base + REGION_GUARD;
         if (mmap(*memory, pages, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_FIXED, fd, 0) ==
@@ -206,8 +237,7 @@ int machine_map_shared(struct machine *machine, const char *name, size_t size, i
     }
     region->start = (uint64_t)*memory;
     region->size = size;
-    machine->region_count++;
-    return 0;
+    return machine_region_done(machine, *memory, pages, MACHINE_REGION_READ_WRITE, why);
 }
 
 int machine_map(struct machine *machine, const char *name, size_t size,
@@ -221,8 +251,8 @@ int machine_map(struct machine *machine, const char *name, size_t size,
 
     if (error != 0)
         return error;
-    error = machine_reserve(&region->around, machine->config.seed, machine->region_count,
-                            pages + 2 * REGION_GUARD);
+    error = machine_reserve(&region->around, machine_place_seed(machine), machine->region_count,
+                            machine->low, pages + 2 * REGION_GUARD);
     if (error == 0) {
         module_pages = region->around.base + REGION_GUARD;
         error = access == MACHINE_REGION_READ ? map_twice(region, module_pages, pages, &host_pages)
@@ -240,8 +270,7 @@ int machine_map(struct machine *machine, const char *name, size_t size,
     *module = module_pages + pages - rounded;
     region->start = (uint64_t)*module;
     region->size = size;
-    machine->region_count++;
-    return 0;
+    return machine_region_done(machine, module_pages, pages, access, why);
 }
 
 void machine_regions_release(struct machine *machine)
@@ -279,7 +308,7 @@ static size_t stack_used(const struct machine *machine, const uint8_t *stack)
     return top - at;
 }
 
-size_t machine_stack_used(const struct machine *machine)
+size_t machine_stack_deepest(const struct machine *machine)
 {
     size_t deepest = machine->stack_deepest;
 

@@ -58,7 +58,7 @@ void machine_rehearse(struct machine *machine, struct machine_outcome *outcome)
 
 uint64_t machine_services(const struct machine *machine)
 {
-    return machine->services;
+    return machine->served;
 }
 
 bool machine_own_data(const struct machine *machine, unsigned index, void **at, size_t *size)

@@ -62,7 +62,7 @@ int machine_copy_keep(struct machine *machine, char why[MACHINE_WHY])
 int machine_reload(struct machine *machine, char why[MACHINE_WHY])
 {
     why[0] = '\0';
-    if (machine->level > 0 || machine_state.active)
+    if (machine->ops->busy(machine))
         return machine_fail(why, -EBUSY, "a call of the module is under way");
     if (machine->copy.size != writable_bytes(machine))
         return machine_fail(why, -EFBIG,
@@ -75,5 +75,7 @@ int machine_reload(struct machine *machine, char why[MACHINE_WHY])
         __asan_unpoison_memory_region(machine->levels[level].stack, machine->stack_size);
 #endif
     machine_fill_stacks(machine);
+    if (machine->ops->reloaded != NULL)
+        machine->ops->reloaded(machine);
     return 0;
 }

@@ -135,7 +135,7 @@ int machine_seal(struct machine *machine, int evidence_fd, char why[MACHINE_WHY]
     const struct machine_reservation *around = &machine->regions[0].around;
     struct sandbox sandbox = { .begin = (uint64_t)around->base,
                                .end = (uint64_t)around->base + around->size,
-                               .thread_base = machine_state.host_fs,
+                               .thread_base = machine_thread_base(),
                                .evidence_fd = evidence_fd,
                                .alarm = machine_alarm_number(machine) };
     int error;
@@ -143,6 +143,9 @@ int machine_seal(struct machine *machine, int evidence_fd, char why[MACHINE_WHY]
     why[0] = '\0';
     if (machine->sealed)
         return machine_fail(why, -EALREADY, "the process is sealed already");
+    error = machine->ops->sealing != NULL ? machine->ops->sealing(machine, why) : 0;
+    if (error != 0)
+        return error;
     error = sandbox_enter(&sandbox);
     if (error != 0)
         return machine_fail(why, error, "the kernel takes no system call filter: %s",

@@ -28,6 +28,10 @@ struct finding {
     char
         again[FINDING_TEXT]; /* command line that shows it again, "" when the file alone shows it */
     const char *function;    /* entry function, NULL when it is not about one */
+    bool has_address;
+    uint64_t address; /* of the module, where it happened */
+    char file[256];   /* source file as the compiler recorded it, "" when it is not known */
+    int line;
     bool has_cycle;
     uint64_t cycle;
     uint64_t count; /* times seen, at least 1 */
@@ -40,13 +44,85 @@ struct rule_report {
     char reason[FINDING_TEXT]; /* why it could not be judged */
     struct finding *findings;
     size_t finding_count;
-    size_t dropped; /* findings beyond FINDINGS_KEPT */
+    size_t dropped;                     /* findings beyond FINDINGS_KEPT */
+    const struct waiver_report *waiver; /* why its failure does not count; NULL: it does */
 };
 
 struct group_report {
     const char *name; /* "file", "start", "cycle" */
     double seconds;   /* wall time spent on it */
     char note[128];   /* "250 / 500 / 1000 us, 20 000 cycles each" */
+};
+
+/* What a call took of what it may take, at worst. */
+struct budget_report {
+    const char *name; /* "Program_04", "stack" */
+    const char *unit; /* "us", "bytes" */
+    double worst;
+    double allowed; /* 0: no limit is stated */
+    bool has_cycle;
+    uint64_t cycle;            /* of the worst call */
+    uint32_t cycle_us;         /* Cycle_Time at which it was; 0: does not matter */
+    uint64_t instructions;     /* of the worst call; 0: not counted */
+    char reason[FINDING_TEXT]; /* why there is no figure; "" when there is one */
+};
+
+/* How much of a function was executed, over all runs. */
+struct coverage_report {
+    char name[64];            /* "Program_04", or another function of the module */
+    uint64_t executed, total; /* instructions, or bytes of code: one unit in a report */
+    char missed[256];         /* the first place that was not: "gantry.c:88"; "" when all was */
+};
+
+enum timeline_kind {
+    TIMELINE_STATE,       /* loaded, every slave in OP, the end */
+    TIMELINE_FAULT,       /* the experiment did it to the bus */
+    TIMELINE_MESSAGE,     /* of the module or of TG Motion */
+    TIMELINE_EXPECTATION, /* of a scenario, that failed */
+    TIMELINE_INCIDENT,    /* a call that did not return as it should */
+    TIMELINE_KINDS
+};
+
+struct timeline_event {
+    enum timeline_kind kind;
+    double seconds; /* of machine time; before the first cycle it is below 0 or 0 */
+    bool has_cycle;
+    uint64_t cycle;
+    char source[32]; /* "Program_04", "bus" */
+    char text[256];
+    uint64_t count; /* times it happened one after the other, at least 1 */
+};
+
+/* What happened in one run, in the order of time. */
+struct timeline_report {
+    char name[48];   /* of the experiment */
+    char about[128]; /* "Cycle_Time 500 us, 20000 cycles" */
+    double seconds;  /* machine time of the run */
+    struct timeline_event *events;
+    size_t event_count;
+    uint64_t dropped; /* events beyond those that are kept */
+};
+
+/* A curve as buckets of equal length: least and greatest value of each, NaN where there is none. */
+struct plot_curve {
+    char name[48], unit[16]; /* "SERVO[0].Position", "inc" */
+    double *least, *greatest;
+};
+
+struct plot_report {
+    char title[96];
+    double begin, end; /* s of machine time */
+    size_t buckets;
+    struct plot_curve *curves;
+    size_t curve_count;
+};
+
+/* A failure that somebody answers for (--waive). Also those that are out of date or for nothing. */
+struct waiver_report {
+    const char *rule, *reason, *owner;
+    const char *expiry; /* "2027-03-31" */
+    bool expired;       /* its rule fails as if it were not there */
+    bool used;          /* its rule failed */
 };
 
 struct report {
@@ -57,13 +133,28 @@ struct report {
     const char *profile, *profile_title;
     uint64_t seed;
     const char *selection; /* pattern of the rules that were asked for, NULL: all */
-    uint64_t cycles; /* of each run, as asked for; 0: as the suite has them */
+    uint64_t cycles;       /* of each run, as asked for; 0: as the suite has them */
     struct rule_report *rules;
     size_t rule_count;
     struct group_report *groups;
     size_t group_count;
     unsigned passed, failed, not_judged;
+    unsigned waived; /* of the failed */
+    bool strict;     /* failed "should" rules fail the module, too */
     enum verdict verdict;
+    const char *rule_book; /* sha256 of the rules as they were judged; NULL: not known */
+    const char *evidence;  /* sha256 of the manifest of the saved evidence; NULL: not saved */
+    const struct budget_report *budgets; /* NULL with a count of 0, as with all that follow */
+    size_t budget_count;
+    const struct coverage_report *coverage;
+    size_t coverage_count;
+    const char *coverage_reason; /* why there is no coverage; NULL: see above */
+    const struct timeline_report *timelines;
+    size_t timeline_count;
+    const struct plot_report *plots;
+    size_t plot_count;
+    const struct waiver_report *waivers;
+    size_t waiver_count;
 };
 
 const char *severity_name(enum severity severity);

@@ -1,0 +1,84 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/* native.c - the machine that is this process's own processor. */
+#define _GNU_SOURCE 1
+#include <errno.h>
+#include <sys/auxv.h>
+#include <sys/personality.h>
+
+#include "machine/machine_private.h"
+
+#define HWCAP2_FSGSBASE_BIT (1ul << 1)
+
+/* Otherwise every readable page would be executable. */
+static int check_process(char why[MACHINE_WHY])
+{
+    int persona = personality(0xffffffff);
+
+    if (machine_incident.machine != NULL)
+        return machine_fail(why, -EBUSY, "this process has loaded a module already");
+    if (persona != -1 && (persona & READ_IMPLIES_EXEC))
+        return machine_fail(why, -ENOTSUP, "the process runs with READ_IMPLIES_EXEC");
+    return 0;
+}
+
+/* The module starts every call with the same callee-saved registers: no host address leaks in, and
+ * a change is noticed. No canonical address, so that using one as a pointer faults. */
+static void prepare_state(const struct machine *machine)
+{
+    struct machine_state fresh = { .has_fsgsbase = 0 };
+
+    fresh.serial = machine_state.serial;
+    for (unsigned i = 0; i < 6; i++)
+        fresh.sentinel[i] =
+            (machine_mix(machine->config.seed, 2, i) & 0x0000ffffffffffffu) | 0x5e00000000000000u;
+    fresh.stack_top = machine_stack_top(machine, machine->stack);
+    fresh.has_fsgsbase = (getauxval(AT_HWCAP2) & HWCAP2_FSGSBASE_BIT) != 0;
+    fresh.host_fs = machine_thread_base();
+    machine_state = fresh;
+}
+
+static int native_open(struct machine *machine, const struct image *image, char why[MACHINE_WHY])
+{
+    int error = check_process(why);
+
+    (void)image;
+    if (error == 0)
+        error = machine_levels_open(machine, why);
+    if (error != 0)
+        return error;
+    prepare_state(machine);
+    machine_incident = (struct machine_incident){ .machine = machine };
+    error = machine_handlers_install(machine, why);
+    return error != 0 ? error : machine_watchdog_start(machine, why);
+}
+
+static void native_close(struct machine *machine)
+{
+    machine_watchdog_stop(machine);
+    machine_levels_close(machine);
+    machine_handlers_remove(machine);
+    if (machine_incident.machine == machine)
+        machine_incident.machine = NULL;
+    if (!machine->sealed)
+        machine_release(&machine->signal_stack);
+}
+
+static bool native_busy(const struct machine *machine)
+{
+    return machine->level > 0 || machine_state.active;
+}
+
+const struct machine_ops machine_native = {
+    .open = native_open,
+    .close = native_close,
+    .service = machine_native_service,
+    .busy = native_busy,
+    .call = machine_native_call,
+    .interrupt_next = machine_native_interrupt_next,
+    .instructions = machine_native_instructions,
+    .alarm_open = machine_native_alarm_open,
+    .alarm_at = machine_native_alarm_at,
+    .stack_used = machine_stack_deepest,
+    .service_enter = machine_native_service_enter,
+    .service_leave = machine_native_service_leave,
+};
