@@ -36,6 +36,14 @@ static uint64_t cycles_of(const struct check_options *options, const struct expe
     return options->cycles != 0 ? options->cycles : milliseconds * UINT64_C(1000) / cycle_us;
 }
 
+/* Runs of different length are compared as far as each of them goes. */
+static uint32_t digest_cycles(const struct experiment *experiment)
+{
+    const uint64_t wanted = CHECK_DIGEST_MS * UINT64_C(1000) / experiment->host.cycle_us;
+    const uint64_t most = wanted < DIGEST_STATES ? wanted : DIGEST_STATES;
+    return (uint32_t)(most < experiment->cycles ? most : experiment->cycles);
+}
+
 static void plan_one(const struct check_options *options, const struct product *product, int id,
                      struct planned *planned)
 {
@@ -56,6 +64,7 @@ static void plan_one(const struct check_options *options, const struct product *
     e->host.mutation = row->mutation;
     e->poison = row->poison;
     e->places = row->places;
+    e->instrumented = row->instrumented;
     if (row->data_bytes != 0)
         e->host.data_bytes = row->data_bytes;
     e->host.counters = row->counters;
@@ -67,6 +76,8 @@ static void plan_one(const struct check_options *options, const struct product *
         e->host.faults_name = row->name;
     }
     e->cycles = cycles_of(options, row, e->host.cycle_us);
+    if (row->digest)
+        e->host.digest_cycles = digest_cycles(e);
 }
 
 void plan_experiments(const struct check_options *options, struct planned plan[EXPERIMENT_COUNT])

@@ -37,6 +37,7 @@ struct experiment_row {
     uint32_t counters;          /* where ticks and timers begin to count */
     uint32_t restart_ms; /* machine time at which the PLC is run again without loading the file
                             again: globals hold what they held; 0: never */
+    bool digest;         /* what it did to the registers is compared with others' */
     bool instrumented;   /* on the instrumented machine */
     struct host_preempt preempt; /* how Program_01 to 03 are interrupted */
     const char *faults; /* script of what goes wrong on the bus (docs/faults.md); NULL: nothing */

@@ -10,8 +10,7 @@
 /* A file that is no module has no exports or segments to judge. */
 static bool unreadable(const struct case_file *file, struct findings *findings)
 {
-    if (file->image->defect[0] == '\0' && file->image->format == file->profile->format &&
-        file->image->target == file->profile->target)
+    if (file->image->defect[0] == '\0' && profile_loads(file->profile, file->image))
         return false;
     finding_not_judged(findings,
                        "the file is not a module that this profile loads (rule file-format)");
@@ -21,11 +20,12 @@ static bool unreadable(const struct case_file *file, struct findings *findings)
 void check_file_format(const struct case_file *file, struct findings *findings)
 {
     const struct image *image = file->image;
+    char wanted[PROFILE_WANTED];
     if (image->defect[0] != '\0')
         finding_add(findings, "%s", image->defect);
-    else if (image->format != file->profile->format || image->target != file->profile->target)
+    else if (!profile_loads(file->profile, image))
         finding_add(findings, "%s %s; the profile %s loads %s", image->format_name,
-                    image->target_name, file->profile->name, file->profile->wanted);
+                    image->target_name, file->profile->name, profile_wanted(file->profile, wanted));
 }
 
 static bool is_wanted(const struct profile *profile, const char *name)

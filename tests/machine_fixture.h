@@ -43,13 +43,14 @@ struct fixture {
     struct machine *machine;
 };
 
-/* tests/machine_modules/NAME, built */
+/* tests/machine_modules/NAME, built; a name without an ending is that of a shared object */
 static inline struct image *fixture_image(const char *name)
 {
     char path[4096], why[IMAGE_WHY] = "";
     struct image *image = NULL;
 
-    snprintf(path, sizeof path, "%s/%s.so", TEST_MACHINE_MODULES_DIR, name);
+    snprintf(path, sizeof path, "%s/%s%s", TEST_MACHINE_MODULES_DIR, name,
+             strchr(name, '.') == NULL ? ".so" : "");
     if (image_open(&image, path, why) != 0)
         fail_msg("%s: %s", path, why);
     assert_string_equal(image->defect, "");

@@ -241,7 +241,7 @@ static const struct {
     { "leave_x87_value", MACHINE_ABI_X87_STACK },
     { "leave_mmx", MACHINE_ABI_X87_STACK },
     { "break_everything",
-      ((1u << MACHINE_ABI_BITS) - 1) & ~(unsigned)(MACHINE_ABI_X87_STACK | MACHINE_ABI_FS) },
+      (MACHINE_ABI_RDI - 1) & ~(unsigned)(MACHINE_ABI_X87_STACK | MACHINE_ABI_FS) },
     { "break_fs", MACHINE_ABI_FS },
 };
 

@@ -34,6 +34,7 @@ MACHINE_TESTS := test_machine test_machine_call test_machine_load test_machine_s
     test_machine_stack \
     test_machine_preempt \
     test_machine_rehearse \
+    test_machine_windows \
     test_arguments
 BUS_TESTS := test_segment test_slave test_coe test_drive test_bus test_client \
     test_drive2 \
@@ -97,6 +98,27 @@ $(MACHINE_MODULE_DIR)/%.so: tests/machine_modules/%.c | $(BUILD)/.deps
 	$(Q)gcc -std=gnu11 -O1 -g -ffreestanding -fPIC -fno-stack-protector -fno-asynchronous-unwind-tables -shared \
 	    -nostdlib -Wl,-Bsymbolic -Wl,-z,relro -Wl,-z,noexecstack -o $@ $<
 
+# PE modules, of mingw and of the shape that Microsoft's tools make.
+MACHINE_MODULES += $(addprefix $(MACHINE_MODULE_DIR)/,windows.dll windows_fixed.dll windows_frames.dll)
+MACHINE_MINGW := x86_64-w64-mingw32-gcc -shared -nostdlib -Wl,-e,0 -Wl,--no-insert-timestamp
+
+$(MACHINE_MODULE_DIR)/windows.dll: tests/machine_modules/windows.S | $(BUILD)/.deps-test
+	@mkdir -p $(@D)
+	@echo "  MODULE $@"
+	$(Q)$(MACHINE_MINGW) -o $@ $<
+
+$(MACHINE_MODULE_DIR)/windows_fixed.dll: tests/machine_modules/windows.S | $(BUILD)/.deps-test
+	@mkdir -p $(@D)
+	@echo "  MODULE $@"
+	$(Q)clang --target=x86_64-pc-windows-msvc -c -o $@.obj $<
+	$(Q)lld-link /DLL /NOENTRY /NODEFAULTLIB /Brepro /FIXED /BASE:0x1a0000000 /EXPORT:read_plain /OUT:$@ $@.obj
+
+$(MACHINE_MODULE_DIR)/%.dll: tests/machine_modules/%.c | $(BUILD)/.deps-test
+	@mkdir -p $(@D)
+	@echo "  MODULE $@"
+	$(Q)clang --target=x86_64-pc-windows-msvc -O2 -g -ffreestanding -fno-stack-protector -c -o $@.obj $<
+	$(Q)lld-link /DLL /NOENTRY /NODEFAULTLIB /Brepro /OUT:$@ $@.obj
+
 $(addprefix $(BUILD)/obj/tests/,$(MACHINE_TESTS:=.o)): ALL_CFLAGS += -Itests \
     -DTEST_MACHINE_MODULES_DIR='"$(MACHINE_MODULE_DIR)"'
 $(addprefix $(BUILD)/test/,$(MACHINE_TESTS)): | $(MACHINE_MODULES)
@@ -115,6 +137,7 @@ HOST_TESTS := test_scope test_host \
     test_gear \
     test_interpolator
 HOST_TESTS += test_services
+HOST_TESTS += test_digest
 HOST_TESTS += test_can
 HOST_TESTS += test_eeprom
 host_module_4 := -DTGM_GENERATION=4

@@ -252,15 +252,15 @@ static int play(struct run *run, const char *path)
 static int open_module(struct run *run, const struct profile *profile, const char *path,
                        struct image **image)
 {
-    char why[RUN_WHY];
+    char why[RUN_WHY], wanted[PROFILE_WANTED];
     if (image_open(image, path, why) != 0)
         return complain(run->command, "%s", why);
     run->image = *image;
     if ((*image)->defect[0] != '\0')
         fprintf(stderr, "tgm run: %s: %s\n", path, (*image)->defect);
-    else if ((*image)->format != profile->format || (*image)->target != profile->target)
+    else if (!profile_loads(profile, *image))
         fprintf(stderr, "tgm run: %s: %s %s; %s is needed\n", path, (*image)->format_name,
-                (*image)->target_name, profile->wanted);
+                (*image)->target_name, profile_wanted(profile, wanted));
     else
         return 0;
     return EXIT_MODULE;

@@ -93,6 +93,9 @@ void evidence_clean(struct evidence *evidence)
         clean_bool(&evidence->calls[i].disabled);
     clean_bool(&evidence->all_op);
     clean_bool(&evidence->eeprom.saved);
+    clean_bool(&evidence->instrumented);
+    clean_bool(&evidence->lookup.asked);
+    clean_bool(&evidence->lookup.found);
     if (evidence->eeprom.size > EVIDENCE_EEPROM)
         evidence->eeprom.size = EVIDENCE_EEPROM;
     if (evidence->axis_count > EVIDENCE_AXES)
@@ -115,6 +118,8 @@ void evidence_clean(struct evidence *evidence)
     clean_play(evidence);
     for (unsigned i = 0; i < EVIDENCE_INTERRUPTS; i++)
         clean_entry(&evidence->interrupts[i].entry);
+    if (evidence->digest.state_count > DIGEST_STATES)
+        evidence->digest.state_count = DIGEST_STATES;
     clean_bool(&evidence->clock.used);
     end_text(evidence->clock.notice, sizeof evidence->clock.notice);
     end_text(evidence->trouble, sizeof evidence->trouble);

@@ -14,6 +14,7 @@
 #include <stdint.h>
 
 #include "bus/bus.h"
+#include "host/digest.h"
 #include "host/product.h"
 #include "host/realtime.h"
 #include "host/scenario_value.h"
@@ -145,6 +146,14 @@ struct evidence_eeprom {
     uint8_t data[EVIDENCE_EEPROM];
 };
 
+/* What GetProcAddress of a flat image returned when it was loaded last. */
+struct evidence_lookup {
+    bool asked;
+    bool found;     /* the table lies in the module's memory; without: functions mean nothing */
+    uint32_t table; /* its address */
+    uint32_t functions[ENTRY_COUNT]; /* as many as the product asks for; bit 0: Thumb code */
+};
+
 enum evidence_stage {
     EVIDENCE_NOTHING, /* the worker did not get as far as loading */
     EVIDENCE_LOADED,
@@ -195,7 +204,9 @@ struct evidence {
     unsigned race_count;
     struct evidence_race races[EVIDENCE_RACES];
 
-    unsigned loads; /* of the module, besides the first */
+    unsigned loads;    /* of the module, besides the first */
+    bool instrumented; /* the emulated CPU ran it */
+    struct evidence_lookup lookup;
     struct evidence_clock clock;
 
     uint64_t op_cycle;   /* first cycle with every slave in OP, EVIDENCE_NO_CYCLE when never */
@@ -203,6 +214,7 @@ struct evidence {
     uint64_t sleeps_in_04_05; /* SleepFt where it is forbidden */
     size_t stack_used;        /* bytes */
     unsigned slaves;
+    struct digest digest;
 
     volatile bool stop; /* the parent wants the run to end */
 

@@ -160,8 +160,12 @@ static int prepare(const struct experiment *experiment, struct host_config *arou
                    const struct image *image, uint64_t hang_ns, struct evidence *evidence,
                    struct machine **machine, struct host **host)
 {
+    char why[MACHINE_WHY];
+    evidence->instrumented =
+        experiment->instrumented || machine_fits(image, MACHINE_NATIVE, why) != 0;
     const struct machine_config config = {
         .seed = around->seed,
+        .kind = evidence->instrumented ? MACHINE_INSTRUMENTED : MACHINE_NATIVE,
         .places = experiment->places,
         .poison =
             experiment->poison != MACHINE_POISON_NONE ? experiment->poison : MACHINE_POISON_SEEDED,

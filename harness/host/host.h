@@ -53,7 +53,7 @@ extern const struct plant plant_default;
 enum mutation_kind {
     MUTATION_NONE,
     MUTATION_NULL_DATA,     /* pData is NULL */
-    MUTATION_STRUCT_SIZE,   /* structSize = value */
+    MUTATION_STRUCT_SIZE,   /* structSize = value; half of it where pointers have 32 bits */
     MUTATION_NULL_FUNCTION, /* value is an enum plc_function: its pointer is NULL */
     MUTATION_COMPATIBILITY  /* HEADER.Compatibility_Id = value */
 };
@@ -135,12 +135,14 @@ struct host_config {
     const char *can, *can_name; /* script of the CAN buses (can.h); NULL: there are none */
     bool without_bus;           /* no slaves are made: for experiments that only call Program_Ini */
     struct mutation mutation;
-    struct pcap *capture; /* where the frames of the bus go; NULL: nowhere */
-    bool no_autostart;    /* host_start() starts TG Motion, not the PLC: host_run() does */
-    bool kept_module;     /* running the PLC again does not load the file again: globals hold what
-                             they held */
-    uint32_t counters;    /* where HEADER.Life_Tick, MAIN.Servo_Tick and TIMERS.Timer_Up begin */
-    bool resettable;      /* keeps a copy of the start, for host_reset() and the like */
+    struct pcap *capture;   /* where the frames of the bus go; NULL: nowhere */
+    bool no_autostart;      /* host_start() starts TG Motion, not the PLC: host_run() does */
+    bool kept_module;       /* running the PLC again does not load the file again: globals hold what
+                               they held */
+    uint32_t counters;      /* where HEADER.Life_Tick, MAIN.Servo_Tick and TIMERS.Timer_Up begin */
+    uint32_t digest_cycles; /* how many cycles are followed by evidence.digest, at most
+                               DIGEST_STATES */
+    bool resettable;        /* keeps a copy of the start, for host_reset() and the like */
     struct host_preempt preempt;
     struct realtime *real; /* opened: slots come when they are due by the wall clock */
     const char

@@ -151,7 +151,7 @@ struct host {
     void *plc_data_module[ENTRY_COUNT];   /* what the module is given: read-only */
     size_t word_bytes;                    /* of those pointers */
     void *device_info, *device_name;      /* the module's: pcGetDeviceInfo_v and its text */
-    uint64_t entry_address[ENTRY_COUNT];
+    uint64_t entry_address[ENTRY_COUNT];  /* of the module; bit 0: Thumb code; 0: none */
 
     struct bus *bus;
     uint64_t bus_zero; /* bus time of the first cycle */
@@ -198,7 +198,8 @@ struct host {
     struct races *races;   /* NULL: interrupts are not tried out */
     struct realtime *real; /* NULL: the clock is virtual */
     struct measured measured;
-    struct host_copy *copy; /* of the start; NULL: TG Motion cannot begin anew */
+    struct digester *digester; /* NULL: no digest is wanted */
+    struct host_copy *copy;    /* of the start; NULL: TG Motion cannot begin anew */
     struct interpolator interpolators[INTERPOLATORS_MOST];
     size_t interpolator_count;
     bool path_started; /* the one of the configuration */
@@ -219,6 +220,7 @@ extern const struct host_part *const host_parts[];
 extern const struct host_part host_scope;
 extern const struct host_part host_scene;
 extern const struct host_part host_timers, host_servo, host_capture, host_motion, host_dio;
+extern const struct host_part host_digest;
 extern const struct host_part host_console, host_statistics, host_eeprom, host_safety, host_general,
     host_channels, host_can;
 extern const struct host_part host_timers, host_servo, host_capture, host_motion, host_dio,
@@ -300,6 +302,8 @@ extern const struct host_part host_measure;
 
 /* host.c, for the files of PLC control */
 bool host_call(struct host *host, enum entry entry);
+/* A call that did not return as it should; the function is not called again. */
+void host_incident(struct host *host, enum entry entry, const struct machine_outcome *outcome);
 void host_slot(struct host *host); /* the next one of the schedule */
 void host_clear_parts(struct host *host);
 uint64_t host_time_of(const struct host *host);
@@ -314,9 +318,16 @@ uint32_t interpolator_step_us(const struct host *host);
 /* It stands there now, without having moved. */
 void interpolator_place(struct interpolator *in, const double position[INTERP_AXES]);
 void interpolators_close(struct host *host);
+/* digest_take.c */
+void digest_close(struct host *host);
 
 /* interpolator_command.c: carries out INTERPOLATOR.Command, in front of a step. */
 void interpolator_command(const struct host *host, struct interpolator *in);
+
+/* entries.c: entry_address, when the host is made; and when a module has been loaded, before
+ * Program_Ini is called. False when that one is not found. */
+int entries_open(struct host *host, char why[HOST_WHY]);
+bool entries_load(struct host *host);
 
 /* memories.c */
 int memories_open(struct host *host, char why[HOST_WHY]);

@@ -2,6 +2,7 @@
 #include "host/host_parts.h"
 
 const struct host_part *const host_parts[] = {
+    &host_digest, /* what the cycle before left behind */
     &host_console,
     &host_timers,
     &host_statistics,

@@ -35,11 +35,11 @@ struct product_budget {
 enum entry { ENTRY_INI, ENTRY_01, ENTRY_02, ENTRY_03, ENTRY_04, ENTRY_05, ENTRY_COUNT };
 
 struct product {
-    const char *name;                             /* "pc4" */
-    const char *title;                            /* "TG Motion 4.21" */
-    uint32_t plc_data_size;                       /* structSize of a 64-bit module */
-    int generation;                               /* of the PLC interface and of the layouts */
-    uint32_t version;                             /* MAIN.TGMotion_Version */
+    const char *name;       /* "pc4" */
+    const char *title;      /* "TG Motion 4.21" */
+    uint32_t plc_data_size; /* structSize of a 64-bit module; of a 32-bit one half */
+    int generation;         /* of the PLC interface and of the layouts */
+    uint32_t version;       /* MAIN.TGMotion_Version */
     uint32_t compatibility_id, memory_id, cnc_id; /* HEADER; runtime.md section 1 */
     unsigned max_servo, max_dio, max_interpolator;
     const uint32_t *cycle_times_us; /* allowed Cycle_Time, ascending, ends with 0 */

@@ -107,9 +107,14 @@ enum machine_abi {
     MACHINE_ABI_X87_CONTROL = 1 << 10, /* x87 rounding, precision, exception masks */
     MACHINE_ABI_X87_STACK = 1 << 11,   /* values left in the x87 registers, or MMX without emms;
                                           looked   at only when nothing else is broken */
-    MACHINE_ABI_FS = 1 << 12           /* base of fs: the host's thread pointer */
+    MACHINE_ABI_FS = 1 << 12,          /* base of fs: the host's thread pointer */
+    /* Of the Windows convention only: */
+    MACHINE_ABI_RDI = 1 << 13, /* callee-saved registers */
+    MACHINE_ABI_RSI = 1 << 14,
+    MACHINE_ABI_XMM = 1 << 15, /* one of xmm6 to xmm15 */
+    MACHINE_ABI_GS = 1 << 16   /* base of gs: the thread block */
 };
-#define MACHINE_ABI_BITS 13
+#define MACHINE_ABI_BITS 17
 
 enum machine_access {
     MACHINE_ACCESS_NONE,
@@ -219,8 +224,9 @@ int machine_seal(struct machine *machine, int evidence_fd, char why[MACHINE_WHY]
 void machine_timing(struct machine *machine, bool on);
 
 /* Calls the exported function with one pointer argument on the module's own stack. Never fails to
- * return. function is an address of the module (image_symbol.vaddr). When the outcome is not
- * MACHINE_RETURNED the host may go on calling, but a service that was cut short is not resumed. */
+ * return. function is an address of the module (image_symbol.vaddr), on Arm with bit 0 set when it
+ * is Thumb code. When the outcome is not MACHINE_RETURNED the host may go on calling, but a service
+ * that was cut short is not resumed. */
 void machine_call(struct machine *machine, uint64_t function, void *argument,
                   struct machine_outcome *outcome);
 

@@ -98,6 +98,13 @@ int machine_reserve(struct machine_reservation *out, uint64_t seed, unsigned ord
     return -EADDRINUSE;
 }
 
+int machine_reserve_at(struct machine_reservation *out, uint64_t address, size_t size)
+{
+    if (address >> 32 != (address + size) >> 32)
+        return -EADDRNOTAVAIL;
+    return reserve_at(out, address, size) ? 0 : -errno;
+}
+
 void machine_release(struct machine_reservation *reservation)
 {
     if (reservation->size != 0)
