@@ -84,8 +84,11 @@ BUS_SRC := client.c client_cycle.c client_jobs.c client_map.c client_watch.c cli
 TERMINALS := $(wildcard harness/bus/terminals/*.device)
 HOST_SRC := realtime.c shm.c product.c schedule.c extent.c servo_wire.c \
     servo_select.c \
+    audit.c \
     config.c config_keys.c config_check.c \
     digest.c \
+    evidence_file.c \
+    evidence_rows.c \
     catalogue.c text16.c evidence.c plant.c host_select.c osc.c experiment.c \
     profile_shape.c \
     profile_motion.c \
@@ -107,6 +110,7 @@ HOST_SRC := realtime.c shm.c product.c schedule.c extent.c servo_wire.c \
     interp_file.c
 # What touches registers: once for each layout of the shared memories.
 LAYOUT_SRC := measure.c \
+    watch.c \
     digest_take.c \
     plc.c \
     preempt.c \
@@ -141,11 +145,15 @@ CLI_SRC := main.c options.c output.c check.c run.c inspect.c inspect_text.c insp
     configuration.c \
     capture.c bus.c plot.c scope.c \
     record.c \
+    machine.c \
     scenario.c \
     device.c \
     eeprom.c \
     path.c
 CONFORMANCE_SRC := profile.c rules.c findings.c incidents.c rules_file.c rules_start.c rules_cycle.c \
+    rules_cycle_calls.c \
+    rules_cycle_motion.c \
+    rules_same.c \
     rules_machine.c \
     again.c \
     cases.c \

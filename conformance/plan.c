@@ -33,7 +33,10 @@ static uint64_t cycles_of(const struct check_options *options, const struct expe
         row->milliseconds != 0 ? row->milliseconds : CHECK_SECONDS * UINT32_C(1000);
     if (row->cycle_us == 0)
         return 0;
-    return options->cycles != 0 ? options->cycles : milliseconds * UINT64_C(1000) / cycle_us;
+    const uint64_t least = row->least_ms * UINT64_C(1000) / cycle_us;
+    const uint64_t wanted =
+        options->cycles != 0 ? options->cycles : milliseconds * UINT64_C(1000) / cycle_us;
+    return wanted > least ? wanted : least;
 }
 
 /* Runs of different length are compared as far as each of them goes. */

@@ -7,10 +7,26 @@
 
 #include "conformance/rules.h"
 
-enum incident_class { CLASS_HANG, CLASS_FAULT, CLASS_SYSCALL, CLASS_WRITE };
+enum incident_class { CLASS_HANG, CLASS_FAULT, CLASS_SYSCALL, CLASS_WRITE, CLASS_CODE };
+
+/* The address lies in the module's code. */
+static bool is_code(const struct image *image, const struct machine_fault *fault)
+{
+    if (strcmp(fault->region, "module") != 0 || fault->region_offset < 0)
+        return false;
+    const uint64_t vaddr = image->span_begin + (uint64_t)fault->region_offset;
+    for (size_t i = 0; i < image->segment_count; i++) {
+        const struct image_segment *segment = &image->segments[i];
+        if ((segment->perm & IMAGE_EXEC) && vaddr >= segment->vaddr &&
+            vaddr - segment->vaddr < segment->mem_size)
+            return true;
+    }
+    return false;
+}
 
 /* Each incident belongs to exactly one rule. */
-static enum incident_class class_of(const struct evidence_incident *incident)
+static enum incident_class class_of(const struct image *image,
+                                    const struct evidence_incident *incident)
 {
     switch (incident->kind) {
     case MACHINE_SYSCALL:
@@ -22,6 +38,8 @@ static enum incident_class class_of(const struct evidence_incident *incident)
     }
     const bool write = incident->fault.access == MACHINE_ACCESS_WRITE &&
                        !incident_is_stack_overflow(&incident->fault);
+    if (write && is_code(image, &incident->fault))
+        return CLASS_CODE;
     return write ? CLASS_WRITE : CLASS_FAULT;
 }
 
@@ -69,7 +87,7 @@ static void judge(const struct case_file *file, enum incident_class class,
         }
         const struct evidence *evidence = &file->runs[id].result.evidence;
         for (unsigned i = 0; i < evidence->incident_count; i++)
-            if (class_of(&evidence->incidents[i]) == class)
+            if (class_of(file->image, &evidence->incidents[i]) == class)
                 report_incident(file, (enum experiment_id)id, &evidence->incidents[i], findings);
         report_end(file, (enum experiment_id)id, class, findings);
         case_complete(file, (enum experiment_id)id, findings);
@@ -94,4 +112,9 @@ void check_no_system_call(const struct case_file *file, struct findings *finding
 void check_no_stray_write(const struct case_file *file, struct findings *findings)
 {
     judge(file, CLASS_WRITE, findings);
+}
+
+void check_no_code_write(const struct case_file *file, struct findings *findings)
+{
+    judge(file, CLASS_CODE, findings);
 }

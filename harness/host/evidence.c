@@ -116,6 +116,7 @@ void evidence_clean(struct evidence *evidence)
     for (unsigned i = 0; i < EVIDENCE_FAULTS; i++)
         end_text(evidence->faults[i].text, sizeof evidence->faults[i].text);
     clean_play(evidence);
+    audit_clean(&evidence->audit);
     for (unsigned i = 0; i < EVIDENCE_INTERRUPTS; i++)
         clean_entry(&evidence->interrupts[i].entry);
     if (evidence->digest.state_count > DIGEST_STATES)

@@ -14,6 +14,7 @@
 #include <stdint.h>
 
 #include "bus/bus.h"
+#include "host/audit.h"
 #include "host/digest.h"
 #include "host/product.h"
 #include "host/realtime.h"
@@ -211,10 +212,11 @@ struct evidence {
 
     uint64_t op_cycle;   /* first cycle with every slave in OP, EVIDENCE_NO_CYCLE when never */
     uint64_t wkc_errors; /* exchanges with a working counter below the expected one, once in OP */
-    uint64_t sleeps_in_04_05; /* SleepFt where it is forbidden */
-    size_t stack_used;        /* bytes */
+    size_t stack_used;   /* bytes */
     unsigned slaves;
     struct digest digest;
+
+    struct audit_record audit; /* audit.h */
 
     volatile bool stop; /* the parent wants the run to end */
 

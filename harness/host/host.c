@@ -176,7 +176,9 @@ bool host_call(struct host *host, enum entry entry)
     if (host->races != NULL)
         races_try(host, entry);
     preempt_plan(host, entry);
+    watch_begin(host, entry);
     machine_call(host->machine, host->entry_address[entry], host->plc_data_module[entry], &outcome);
+    watch_end(host, entry, &outcome);
     preempt_done(host, entry);
     evidence->entry = entry;
     evidence->stage = EVIDENCE_BETWEEN;

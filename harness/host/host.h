@@ -133,6 +133,7 @@ struct host_config {
     const void *eeprom; /* what is stored there, eeprom_size bytes; NULL: nothing yet */
     size_t eeprom_size;
     const char *can, *can_name; /* script of the CAN buses (can.h); NULL: there are none */
+    struct audit *audit; /* opened; takes what an instrumented machine sees; NULL: nothing */
     bool without_bus;           /* no slaves are made: for experiments that only call Program_Ini */
     struct mutation mutation;
     struct pcap *capture;   /* where the frames of the bus go; NULL: nowhere */

@@ -9,6 +9,7 @@ const struct host_part *const host_parts[] = {
     &host_eeprom,
     &host_can,
     &host_safety,
+    &host_watch,        /* what the module left, before anybody uses it */
     &host_interpolator, /* its positions are set-points of the servos */
     &host_servo,
     &host_capture,

@@ -215,6 +215,10 @@ typedef int64_t machine_function(void *context, struct arguments *arguments);
 int machine_service(struct machine *machine, const char *name, machine_function *function,
                     void *context, void **pointer, char why[MACHINE_WHY]);
 
+/* In a service: the module address behind the instruction that called it. False when that is none
+ * of the module's. */
+bool machine_service_caller(const struct machine *machine, uint64_t *pc);
+
 /* Arms the traps: from here on, system calls issued by module code are caught (seccomp filter on
  * the instruction pointer's range, plus the sandbox of sandbox.h). Cannot be undone in this
  * process. */

@@ -137,6 +137,7 @@ struct machine {
 
     struct machine_served services[MACHINE_SERVICES];
     unsigned service_count;
+    const void *caller; /* where the latest service returns to */
     uint64_t served; /* services entered so far */
 
     size_t decoder; /* Capstone's handle, 0: not open yet; and its instruction */
