@@ -145,6 +145,8 @@ CLI_SRC := main.c options.c output.c check.c run.c inspect.c inspect_text.c insp
 CONFORMANCE_SRC := profile.c rules.c findings.c incidents.c rules_file.c rules_start.c rules_cycle.c \
     rules_cycle_calls.c \
     rules_cycle_motion.c \
+    rules_cycle_access.c \
+    budgets.c \
     rules_same.c \
     rules_machine.c \
     again.c \

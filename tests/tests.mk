@@ -21,6 +21,8 @@ $(FIXTURE_DIR)/%.tgm: conformance/fixtures/%.c conformance/fixtures/base.h sdk/i
 # Each test program: its own source and what of the rooms it needs (all of them: they are small).
 UNIT_TESTS := test_osc test_text16 test_catalogue test_fixtures \
     test_scenario \
+    test_audit \
+    test_budgets \
     test_profile \
     test_curves \
     test_schedule \
@@ -114,6 +116,7 @@ HOST_TESTS := test_scope test_host \
     test_interpolator
 HOST_TESTS += test_services
 HOST_TESTS += test_digest
+HOST_TESTS += test_watch
 HOST_TESTS += test_can
 HOST_TESTS += test_eeprom
 host_module_4 := -DTGM_GENERATION=4
