@@ -107,9 +107,14 @@ enum machine_abi {
     MACHINE_ABI_X87_CONTROL = 1 << 10, /* x87 rounding, precision, exception masks */
     MACHINE_ABI_X87_STACK = 1 << 11,   /* values left in the x87 registers, or MMX without emms;
                                           looked   at only when nothing else is broken */
-    MACHINE_ABI_FS = 1 << 12           /* base of fs: the host's thread pointer */
+    MACHINE_ABI_FS = 1 << 12,          /* base of fs: the host's thread pointer */
+    /* Of the Windows convention only: */
+    MACHINE_ABI_RDI = 1 << 13, /* callee-saved registers */
+    MACHINE_ABI_RSI = 1 << 14,
+    MACHINE_ABI_XMM = 1 << 15, /* one of xmm6 to xmm15 */
+    MACHINE_ABI_GS = 1 << 16   /* base of gs: the thread block */
 };
-#define MACHINE_ABI_BITS 13
+#define MACHINE_ABI_BITS 17
 
 enum machine_access {
     MACHINE_ACCESS_NONE,
