@@ -60,6 +60,8 @@ static void note_unrunnable(struct check *check, const struct profile *profile)
                  "the file is not a module that this profile loads (rule file-format)");
         return;
     }
+    if (image->format == IMAGE_FORMAT_FLAT)
+        return; /* what it has is known when GetProcAddress has been called */
     for (const char *const *name = profile->exports; *name != NULL; name++) {
         const struct image_symbol *symbol = image_export(image, *name);
         if (symbol != NULL && symbol->executable)

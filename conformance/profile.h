@@ -9,6 +9,7 @@
 
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdint.h>
 
 #include "host/product.h"
 #include "image/image.h"
@@ -32,6 +33,8 @@ struct profile {
     struct profile_format formats[PROFILE_FORMATS];
     const char *const *exports; /* names a module must export, and no others; ends with NULL */
     const char *optional;       /* one that it may export; NULL: none */
+    uint64_t region_bytes;      /* memory that there is for the module */
+    uint32_t stack_bytes;       /* stack that one call of it may take */
 };
 
 /* By name or index, NULL when there is none. */

@@ -41,6 +41,9 @@
 #define ON_COUNTERS                                                                                \
     (EXPERIMENT_SET(COUNTERS) | EXPERIMENT_SET(COUNTERS_ZERO) | EXPERIMENT_SET(COUNTERS_FAR))
 #define ON_RESTART    EXPERIMENT_SET(RESTART)
+#define ON_INI_BODY   EXPERIMENT_SET(TRACED_500)
+#define ON_TRACED                                                                                  \
+    (EXPERIMENT_SET(TRACED_250) | EXPERIMENT_SET(TRACED_500) | EXPERIMENT_SET(TRACED_1000))
 #define ON_GOOD_RUNS  (ON_START | ON_CYCLES)
 #define ON_SCENARIOS  (UINT64_C(1) << 63) /* none of experiments.def: those that the user brings */
 

@@ -21,6 +21,8 @@ $(FIXTURE_DIR)/%.tgm: conformance/fixtures/%.c conformance/fixtures/base.h sdk/i
 # Each test program: its own source and what of the rooms it needs (all of them: they are small).
 UNIT_TESTS := test_osc test_text16 test_catalogue test_fixtures \
     test_scenario \
+    test_audit \
+    test_budgets \
     test_profile \
     test_curves \
     test_schedule \
@@ -29,6 +31,7 @@ UNIT_TESTS := test_osc test_text16 test_catalogue test_fixtures \
 SDK_TESTS := test_sdk_mem test_sdk_text test_sdk_motion test_sdk_start test_sdk_start5 test_sdk_start8
 IMAGE_TESTS := test_image test_image_real test_image_bad test_image_damage test_image_memory \
     test_image_pe test_image_pe_bad test_image_arm test_image_flat \
+    test_bad_files \
     test_stack
 MACHINE_TESTS := test_machine test_machine_call test_machine_load test_machine_seal test_worker \
     test_machine_stack \
@@ -138,6 +141,7 @@ HOST_TESTS := test_scope test_host \
     test_interpolator
 HOST_TESTS += test_services
 HOST_TESTS += test_digest
+HOST_TESTS += test_watch
 HOST_TESTS += test_can
 HOST_TESTS += test_eeprom
 host_module_4 := -DTGM_GENERATION=4
@@ -163,6 +167,13 @@ $(BUILD)/test/test_interpolator: LDFLAGS += $(addprefix -Wl$(comma)--wrap=,mallo
 include tests/modules/image.mk
 $(addprefix $(BUILD)/obj/tests/,$(IMAGE_TESTS:=.o) image_support.o image_support_pe.o): ALL_CFLAGS += -DTEST_MODULES_DIR='"$(BUILD)/modules"'
 $(addprefix $(BUILD)/test/,$(IMAGE_TESTS)): $(BUILD)/obj/tests/image_support.o $(BUILD)/obj/tests/image_support_pe.o | $(IMAGE_MODULES)
+
+# Real modules of every format for the fuzzers to begin with.
+.PHONY: fuzz-seeds
+fuzz: fuzz-seeds
+fuzz-seeds: $(IMAGE_MODULES)
+	$(Q)for fuzzer in fuzz_image fuzz_image_deep; do mkdir -p $(BUILD)/fuzz/corpus-$$fuzzer && \
+	    cp -u $(IMAGE_MODULES) $(BUILD)/fuzz/corpus-$$fuzzer/ || exit 1; done
 
 $(BUILD)/test/%: $(BUILD)/obj/tests/%.o $(ROOM_OBJ)
 	@mkdir -p $(@D)

@@ -127,6 +127,7 @@ struct machine {
     uint8_t *hull; /* where span_begin runs */
     uint64_t span_begin, span_end;
     uint8_t *page_access; /* PROT_* of each page of the hull */
+    struct emulator *emulator; /* of an instrumented machine */
     unsigned pointer_size;
     bool low; /* everything that the module sees lies below 2 GiB */
 
@@ -286,6 +287,8 @@ static inline uint64_t machine_stack_top(const struct machine *machine, const ui
 /* call.c: what became of a call that did not return in good order */
 void machine_irregular(const struct machine *machine, uint64_t how,
                        struct machine_outcome *outcome);
+/* native.c: what callee-saved register i holds on entry */
+uint64_t machine_sentinel(const struct machine *machine, unsigned i);
 
 /* regions.c */
 uint64_t machine_mix(uint64_t seed, uint64_t a, uint64_t b);
@@ -363,6 +366,8 @@ bool machine_interrupt_signal(struct machine *machine, int sig, ucontext_t *cont
 void machine_redirect(ucontext_t *context, uint64_t ip, uint64_t sp);
 int machine_handlers_install(struct machine *machine, char why[MACHINE_WHY]);
 void machine_handlers_remove(struct machine *machine);
+/* In a signal handler: ends the process by this signal, saying why. */
+void machine_die(int sig, const siginfo_t *info, ucontext_t *context);
 void machine_on_signal(int sig, siginfo_t *info, void *context)
     __attribute__((visibility("hidden")));
 
