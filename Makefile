@@ -30,9 +30,14 @@ IMAGE_SRC := image.c image_sort.c image_text.c elf.c elf_kinds.c elf_header.c el
     image_child.c \
     pe_unwind.c \
     code.c \
+    code_step.c \
     code_arm.c \
     code_map.c \
     code_x86.c \
+    code_special.c \
+    census.c \
+    census_bytes.c \
+    census_users.c \
     stack.c \
     stack_graph.c \
     stack_returns.c \
@@ -44,8 +49,17 @@ MACHINE_SRC := load.c poison.c regions.c call.c fault.c attribute.c watchdog.c s
     arguments.c \
     serve.c \
     reload.c \
+    rehearse.c \
+    operands.c \
     machine.c \
-    native.c
+    instrumented.c \
+    instrumented_call.c \
+    instrumented_fault.c \
+    instrumented_hooks.c \
+    cpu_x86.c \
+    cpu_arm.c \
+    native.c \
+    thread_block.c
 BUS_SRC := client.c client_cycle.c client_jobs.c client_map.c client_watch.c client_rewind.c fiber.c segment.c slave.c registers.c sii.c syncman.c fmmu.c al.c dc.c \
     watchdog.c mailbox.c coe.c coe_info.c od.c pdo.c cia402.c axis.c devices.c dev_drive.c drive.c drive_cyclic.c \
     drive_homing.c drive_od.c drive_profile.c wire.c \
@@ -81,7 +95,11 @@ BUS_SRC := client.c client_cycle.c client_jobs.c client_map.c client_watch.c cli
 TERMINALS := $(wildcard harness/bus/terminals/*.device)
 HOST_SRC := realtime.c shm.c product.c schedule.c extent.c servo_wire.c \
     servo_select.c \
+    audit.c \
     config.c config_keys.c config_check.c \
+    digest.c \
+    evidence_file.c \
+    evidence_rows.c \
     catalogue.c text16.c evidence.c plant.c host_select.c osc.c experiment.c \
     profile_shape.c \
     profile_motion.c \
@@ -103,8 +121,13 @@ HOST_SRC := realtime.c shm.c product.c schedule.c extent.c servo_wire.c \
     interp_file.c
 # What touches registers: once for each layout of the shared memories.
 LAYOUT_SRC := measure.c \
+    watch.c \
+    digest_take.c \
     plc.c \
     preempt.c \
+    races.c \
+    races_judge.c \
+    races_state.c \
     rewind.c \
     host.c host_rows.c memories.c services.c timers.c servo.c dio.c \
     motion.c \
@@ -120,6 +143,7 @@ LAYOUT_SRC := measure.c \
     statistics.c \
     eeprom.c \
     can_memory.c \
+    entries.c \
     interpolator.c \
     interpolator_command.c
 LAYOUTS := gen4 gen5_905 gen5_906
@@ -132,11 +156,23 @@ CLI_SRC := main.c options.c output.c check.c run.c inspect.c inspect_text.c insp
     configuration.c \
     capture.c bus.c plot.c scope.c \
     record.c \
+    machine.c \
     scenario.c \
     device.c \
     eeprom.c \
     path.c
 CONFORMANCE_SRC := profile.c rules.c findings.c incidents.c rules_file.c rules_start.c rules_cycle.c \
+    rules_cycle_calls.c \
+    rules_cycle_motion.c \
+    rules_cycle_access.c \
+    budgets.c \
+    rules_same.c \
+    rules_file_code.c \
+    rules_file_exports.c \
+    rules_file_load.c \
+    rules_file_memory.c \
+    rules_file_names.c \
+    rules_file_runtime.c \
     rules_machine.c \
     again.c \
     cases.c \
@@ -200,6 +236,7 @@ bench: $(BUILD)/tgm $(BUILD)/test/bench $(BUILD)/test/bench_bus template-linked 
 
 FUZZ_SECONDS ?= 300
 FUZZERS := fuzz_image fuzz_text \
+    fuzz_image_deep \
     fuzz_segment \
     fuzz_faults \
     fuzz_code \
@@ -313,7 +350,12 @@ FUZZ_CC := clang -std=gnu11 -g -O1 $(INCLUDE) -fsanitize=fuzzer,address,undefine
 $(BUILD)/fuzz/fuzz_image: tests/fuzz_image.c tests/image_support.c tests/image_support_pe.c $(addprefix harness/image/,$(IMAGE_SRC)) | $(BUILD)/.deps-test
 	@mkdir -p $(@D)
 	@echo "  FUZZ   $@"
-	$(Q)$(FUZZ_CC) -o $@ $(filter %.c,$^) $(LIBS)
+	$(Q)$(FUZZ_CC) -O2 -o $@ $(filter %.c,$^) $(LIBS)
+
+$(BUILD)/fuzz/fuzz_image_deep: tests/fuzz_image.c tests/image_support.c tests/image_support_pe.c $(addprefix harness/image/,$(IMAGE_SRC)) | $(BUILD)/.deps-test
+	@mkdir -p $(@D)
+	@echo "  FUZZ   $@"
+	$(Q)$(FUZZ_CC) -DFUZZ_DEEP -o $@ $(filter %.c,$^) $(LIBS)
 
 $(BUILD)/fuzz/fuzz_code: tests/fuzz_code.c $(addprefix harness/image/,$(IMAGE_SRC)) | $(BUILD)/.deps-test
 	@mkdir -p $(@D)

@@ -42,6 +42,11 @@ struct check_options {
 /* Machine time of each cycle experiment unless --cycles says otherwise, in s. */
 #define CHECK_SECONDS 10
 
+/* Machine time over which runs are compared with one another, in ms. */
+#define CHECK_DIGEST_MS 2000
+/* Of each run in which every access is seen. */
+#define CHECK_TRACED_MS 2000
+
 struct check; /* owns everything the report points to */
 
 /*

@@ -398,6 +398,38 @@ bool catalogue_line_holds(const struct catalogue_line *line, uint64_t offset)
     return behind < line->size;
 }
 
+/* The index in each pair of brackets of a line's name, from the outermost on. */
+static size_t line_indices(const struct catalogue_line *line, uint64_t offset, uint64_t index[6])
+{
+    size_t count = 0;
+    uint64_t rest = offset % line->stride - line->offset;
+    if (line->memory->count > 1)
+        index[count++] = offset / line->stride;
+    for (size_t i = 0; i < line->array_count; i++) {
+        index[count++] = rest / line->arrays[i].stride;
+        rest %= line->arrays[i].stride;
+    }
+    if (line->count > 1)
+        index[count++] = rest / (line->size / line->count);
+    return count;
+}
+
+void catalogue_line_name(const struct catalogue_line *line, uint64_t offset, char *out, size_t size)
+{
+    uint64_t index[6];
+    const size_t count = line_indices(line, offset, index);
+    size_t used = 0, at = 0;
+    for (const char *c = line->name; *c != '\0' && at + 24 < size; c++) {
+        out[at++] = *c;
+        if (*c != '[' || used == count)
+            continue;
+        at += (size_t)snprintf(out + at, size - at, "%llu", (unsigned long long)index[used++]);
+        while (c[1] != ']' && c[1] != '\0')
+            c++;
+    }
+    out[at] = '\0';
+}
+
 static void walk_members(const struct catalogue *catalogue, const char *owner,
                          struct catalogue_line *line, catalogue_visit *visit, void *argument)
 {

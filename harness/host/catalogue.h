@@ -82,6 +82,10 @@ struct catalogue_line {
 /* Whether the byte at an offset in the memory belongs to the line, in whichever element. */
 bool catalogue_line_holds(const struct catalogue_line *line, uint64_t offset);
 
+/* The name of the register of the line that has the byte: "SERVO[3].Pg.Acc". */
+void catalogue_line_name(const struct catalogue_line *line, uint64_t offset, char *out,
+                         size_t size);
+
 typedef void catalogue_visit(void *argument, const struct catalogue_line *line);
 
 /* Every register that is not reserved, in order of memory and offset. */

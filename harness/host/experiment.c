@@ -156,22 +156,52 @@ static int play(struct job *job, struct evidence *evidence, int pipe_fd, struct 
     return 0;
 }
 
+/* What an instrumented machine sees goes into the tables of the evidence. A process has one
+ * machine. */
+static int trace_open(const struct experiment *experiment, struct host_config *around,
+                      struct evidence *evidence, struct machine_config *config)
+{
+    static struct audit audit;
+    static struct machine_trace trace;
+    const struct product *product = around->product;
+    if (!experiment->traced)
+        return 0;
+    int r = audit_open(&audit, catalogue_find(product->generation, (int)product->memory_id),
+                       &evidence->audit);
+    if (r != 0) {
+        snprintf(evidence->trouble, sizeof evidence->trouble, "no memory for what is traced");
+        return r;
+    }
+    trace = (struct machine_trace){ .access = audit_access, .argument = &audit };
+    config->trace = &trace;
+    around->audit = &audit;
+    return 0;
+}
+
 static int prepare(const struct experiment *experiment, struct host_config *around,
                    const struct image *image, uint64_t hang_ns, struct evidence *evidence,
                    struct machine **machine, struct host **host)
 {
-    const struct machine_config config = {
+    char why[MACHINE_WHY];
+    evidence->instrumented =
+        experiment->instrumented || experiment->traced || machine_fits(image, MACHINE_NATIVE, why) != 0;
+    struct machine_config config = {
         .seed = around->seed,
+        .kind = evidence->instrumented ? MACHINE_INSTRUMENTED : MACHINE_NATIVE,
         .places = experiment->places,
         .poison =
             experiment->poison != MACHINE_POISON_NONE ? experiment->poison : MACHINE_POISON_SEEDED,
         .hang_ns = hang_ns,
         .interruptible = experiment->real_clock || around->preempt.mode != PREEMPT_NONE,
     };
-    int r = machine_load(machine, image, &config, evidence->trouble);
+    int r = trace_open(experiment, around, evidence, &config);
+    if (r == 0)
+        r = machine_load(machine, image, &config, evidence->trouble);
     if (r != 0)
         return r;
     evidence->stage = EVIDENCE_LOADED;
+    if (around->preempt.mode == PREEMPT_TRIED && around->preempt.at == 0)
+        around->preempt.at = experiment->cycles;
     if (experiment->real_clock)
         r = realtime_open(&around->real, *machine, around->cycle_us, &evidence->clock,
                           evidence->trouble);

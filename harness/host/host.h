@@ -53,7 +53,7 @@ extern const struct plant plant_default;
 enum mutation_kind {
     MUTATION_NONE,
     MUTATION_NULL_DATA,     /* pData is NULL */
-    MUTATION_STRUCT_SIZE,   /* structSize = value */
+    MUTATION_STRUCT_SIZE,   /* structSize = value; half of it where pointers have 32 bits */
     MUTATION_NULL_FUNCTION, /* value is an enum plc_function: its pointer is NULL */
     MUTATION_COMPATIBILITY  /* HEADER.Compatibility_Id = value */
 };
@@ -102,12 +102,14 @@ enum clock_choice { CLOCK_DEFAULT, CLOCK_OFF, CLOCK_ON };
 enum preempt_mode {
     PREEMPT_NONE,
     PREEMPT_SEEDED, /* places and numbers of slots are a function of the seed */
-    PREEMPT_AT      /* before instruction `at`; slots go by until Program_04 has been called */
+    PREEMPT_AT,     /* before instruction `at`; slots go by until Program_04 has been called */
+    PREEMPT_TRIED   /* not, but what interrupts would lead to is tried out on the side (races.c) */
 };
 
 struct host_preempt {
     enum preempt_mode mode;
-    uint64_t at;
+    uint64_t at;    /* AT: the instruction; TRIED: cycles that the calls are spread over */
+    uint32_t calls; /* TRIED: of each function, about so many; 0 = 100 */
 };
 
 struct host_config {
@@ -131,14 +133,17 @@ struct host_config {
     const void *eeprom; /* what is stored there, eeprom_size bytes; NULL: nothing yet */
     size_t eeprom_size;
     const char *can, *can_name; /* script of the CAN buses (can.h); NULL: there are none */
+    struct audit *audit; /* opened; takes what an instrumented machine sees; NULL: nothing */
     bool without_bus;           /* no slaves are made: for experiments that only call Program_Ini */
     struct mutation mutation;
-    struct pcap *capture; /* where the frames of the bus go; NULL: nowhere */
-    bool no_autostart;    /* host_start() starts TG Motion, not the PLC: host_run() does */
-    bool kept_module;     /* running the PLC again does not load the file again: globals hold what
-                             they held */
-    uint32_t counters;    /* where HEADER.Life_Tick, MAIN.Servo_Tick and TIMERS.Timer_Up begin */
-    bool resettable;      /* keeps a copy of the start, for host_reset() and the like */
+    struct pcap *capture;   /* where the frames of the bus go; NULL: nowhere */
+    bool no_autostart;      /* host_start() starts TG Motion, not the PLC: host_run() does */
+    bool kept_module;       /* running the PLC again does not load the file again: globals hold what
+                               they held */
+    uint32_t counters;      /* where HEADER.Life_Tick, MAIN.Servo_Tick and TIMERS.Timer_Up begin */
+    uint32_t digest_cycles; /* how many cycles are followed by evidence.digest, at most
+                               DIGEST_STATES */
+    bool resettable;        /* keeps a copy of the start, for host_reset() and the like */
     struct host_preempt preempt;
     struct realtime *real; /* opened: slots come when they are due by the wall clock */
     const char

@@ -26,6 +26,7 @@
 #include "host/osc.h"
 #include "host/plc.h"
 #include "host/preempt.h"
+#include "host/races.h"
 #include "host/realtime.h"
 #include "host/scenario_play.h"
 #include "host/schedule.h"
@@ -150,7 +151,7 @@ struct host {
     void *plc_data_module[ENTRY_COUNT];   /* what the module is given: read-only */
     size_t word_bytes;                    /* of those pointers */
     void *device_info, *device_name;      /* the module's: pcGetDeviceInfo_v and its text */
-    uint64_t entry_address[ENTRY_COUNT];
+    uint64_t entry_address[ENTRY_COUNT];  /* of the module; bit 0: Thumb code; 0: none */
 
     struct bus *bus;
     uint64_t bus_zero; /* bus time of the first cycle */
@@ -194,9 +195,11 @@ struct host {
 
     struct plc plc;
     struct preempt preempt;
+    struct races *races;   /* NULL: interrupts are not tried out */
     struct realtime *real; /* NULL: the clock is virtual */
     struct measured measured;
-    struct host_copy *copy; /* of the start; NULL: TG Motion cannot begin anew */
+    struct digester *digester; /* NULL: no digest is wanted */
+    struct host_copy *copy;    /* of the start; NULL: TG Motion cannot begin anew */
     struct interpolator interpolators[INTERPOLATORS_MOST];
     size_t interpolator_count;
     bool path_started; /* the one of the configuration */
@@ -216,7 +219,9 @@ struct host {
 extern const struct host_part *const host_parts[];
 extern const struct host_part host_scope;
 extern const struct host_part host_scene;
+extern const struct host_part host_watch;
 extern const struct host_part host_timers, host_servo, host_capture, host_motion, host_dio;
+extern const struct host_part host_digest;
 extern const struct host_part host_console, host_statistics, host_eeprom, host_safety, host_general,
     host_channels, host_can;
 extern const struct host_part host_timers, host_servo, host_capture, host_motion, host_dio,
@@ -242,6 +247,11 @@ void servo_faultless(struct host *host, struct axis *axis);
 
 /* safety.c: what becomes of the set-point of a servo that runs. */
 double safety_set_point(const struct host *host, struct axis *axis, double wanted);
+
+/* watch.c: around a call of the module; it has called SleepFt. */
+void watch_begin(const struct host *host, enum entry entry);
+void watch_end(const struct host *host, enum entry entry, const struct machine_outcome *outcome);
+void watch_sleep(const struct host *host);
 
 /* statistics.c: a function of the module has been called. */
 void statistics_call(struct host *host, enum entry entry, uint64_t elapsed_ns);
@@ -298,6 +308,8 @@ extern const struct host_part host_measure;
 
 /* host.c, for the files of PLC control */
 bool host_call(struct host *host, enum entry entry);
+/* A call that did not return as it should; the function is not called again. */
+void host_incident(struct host *host, enum entry entry, const struct machine_outcome *outcome);
 void host_slot(struct host *host); /* the next one of the schedule */
 void host_clear_parts(struct host *host);
 uint64_t host_time_of(const struct host *host);
@@ -312,9 +324,16 @@ uint32_t interpolator_step_us(const struct host *host);
 /* It stands there now, without having moved. */
 void interpolator_place(struct interpolator *in, const double position[INTERP_AXES]);
 void interpolators_close(struct host *host);
+/* digest_take.c */
+void digest_close(struct host *host);
 
 /* interpolator_command.c: carries out INTERPOLATOR.Command, in front of a step. */
 void interpolator_command(const struct host *host, struct interpolator *in);
+
+/* entries.c: entry_address, when the host is made; and when a module has been loaded, before
+ * Program_Ini is called. False when that one is not found. */
+int entries_open(struct host *host, char why[HOST_WHY]);
+bool entries_load(struct host *host);
 
 /* memories.c */
 int memories_open(struct host *host, char why[HOST_WHY]);

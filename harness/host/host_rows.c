@@ -2,6 +2,7 @@
 #include "host/host_parts.h"
 
 const struct host_part *const host_parts[] = {
+    &host_digest, /* what the cycle before left behind */
     &host_console,
     &host_timers,
     &host_statistics,
@@ -9,6 +10,7 @@ const struct host_part *const host_parts[] = {
     &host_can,
     &host_safety,
     &host_interpolator, /* its positions are set-points of the servos */
+    &host_watch,        /* what is about to leave */
     &host_servo,
     &host_capture,
     &host_motion,

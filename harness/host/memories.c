@@ -172,7 +172,8 @@ void memories_mutate(struct host *host)
         host->plc_data_module[ENTRY_INI] = NULL;
         break;
     case MUTATION_STRUCT_SIZE:
-        plc_data_put(host, ENTRY_INI, offsetof(PLC_DATA, structSize), m->value);
+        plc_data_put(host, ENTRY_INI, offsetof(PLC_DATA, structSize),
+                     m->value / (sizeof(void *) / host->word_bytes));
         break;
     case MUTATION_NULL_FUNCTION:
         take_function_away(host, (enum plc_function)m->value);

@@ -107,9 +107,14 @@ enum machine_abi {
     MACHINE_ABI_X87_CONTROL = 1 << 10, /* x87 rounding, precision, exception masks */
     MACHINE_ABI_X87_STACK = 1 << 11,   /* values left in the x87 registers, or MMX without emms;
                                           looked   at only when nothing else is broken */
-    MACHINE_ABI_FS = 1 << 12           /* base of fs: the host's thread pointer */
+    MACHINE_ABI_FS = 1 << 12,          /* base of fs: the host's thread pointer */
+    /* Of the Windows convention only: */
+    MACHINE_ABI_RDI = 1 << 13, /* callee-saved registers */
+    MACHINE_ABI_RSI = 1 << 14,
+    MACHINE_ABI_XMM = 1 << 15, /* one of xmm6 to xmm15 */
+    MACHINE_ABI_GS = 1 << 16   /* base of gs: the thread block */
 };
-#define MACHINE_ABI_BITS 13
+#define MACHINE_ABI_BITS 17
 
 enum machine_access {
     MACHINE_ACCESS_NONE,
@@ -210,6 +215,10 @@ typedef int64_t machine_function(void *context, struct arguments *arguments);
 int machine_service(struct machine *machine, const char *name, machine_function *function,
                     void *context, void **pointer, char why[MACHINE_WHY]);
 
+/* In a service: the module address behind the instruction that called it. False when that is none
+ * of the module's. */
+bool machine_service_caller(const struct machine *machine, uint64_t *pc);
+
 /* Arms the traps: from here on, system calls issued by module code are caught (seccomp filter on
  * the instruction pointer's range, plus the sandbox of sandbox.h). Cannot be undone in this
  * process. */
@@ -219,8 +228,9 @@ int machine_seal(struct machine *machine, int evidence_fd, char why[MACHINE_WHY]
 void machine_timing(struct machine *machine, bool on);
 
 /* Calls the exported function with one pointer argument on the module's own stack. Never fails to
- * return. function is an address of the module (image_symbol.vaddr). When the outcome is not
- * MACHINE_RETURNED the host may go on calling, but a service that was cut short is not resumed. */
+ * return. function is an address of the module (image_symbol.vaddr), on Arm with bit 0 set when it
+ * is Thumb code. When the outcome is not MACHINE_RETURNED the host may go on calling, but a service
+ * that was cut short is not resumed. */
 void machine_call(struct machine *machine, uint64_t function, void *argument,
                   struct machine_outcome *outcome);
 
@@ -248,6 +258,31 @@ void machine_interrupt_next(struct machine *machine, uint64_t after, machine_int
                             void *argument);
 /* Instructions that the latest call of this level executed, if it was stepped to its end. */
 uint64_t machine_instructions(const struct machine *machine);
+
+/*
+ * For hooks, which can so try out what an interrupt would lead to: goes on with the call that is
+ * interrupted to its end, without further interrupts, and comes back with its outcome. The call
+ * stands where it stood then, registers and stack as they were; memory elsewhere is the caller's to
+ * put back.
+ */
+void machine_rehearse(struct machine *machine, struct machine_outcome *outcome);
+
+/* For hooks: memory that the instruction which comes next reads or writes by its operands (not what
+ * it pushes or pops). Allocates when first called. How many there are. */
+#define MACHINE_OPERANDS 2
+struct machine_operand {
+    uint64_t address;
+    size_t size;
+    bool read, write;
+};
+unsigned machine_next_operands(struct machine *machine,
+                               struct machine_operand operands[MACHINE_OPERANDS]);
+
+/* How many host services module code has entered so far. */
+uint64_t machine_services(const struct machine *machine);
+
+/* The module's own memory that it may write, in pieces; false past the last. */
+bool machine_own_data(const struct machine *machine, unsigned index, void **at, size_t *size);
 
 /* An alarm by the wall clock, for machine_seal()ed processes, too, when opened before. 0 or
  * negative errno. */

@@ -59,11 +59,6 @@ static bool reserve_at(struct machine_reservation *out, uint64_t address, size_t
     return true;
 }
 
-int machine_reserve_at(struct machine_reservation *out, uint64_t address, size_t size)
-{
-    return reserve_at(out, address, size) ? 0 : -errno;
-}
-
 uint64_t machine_place_seed(const struct machine *machine)
 {
     const struct machine_config *config = &machine->config;
@@ -96,6 +91,13 @@ int machine_reserve(struct machine_reservation *out, uint64_t seed, unsigned ord
             return -errno;
     }
     return -EADDRINUSE;
+}
+
+int machine_reserve_at(struct machine_reservation *out, uint64_t address, size_t size)
+{
+    if (address >> 32 != (address + size) >> 32)
+        return -EADDRNOTAVAIL;
+    return reserve_at(out, address, size) ? 0 : -errno;
 }
 
 void machine_release(struct machine_reservation *reservation)
