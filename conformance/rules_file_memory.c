@@ -55,9 +55,8 @@ void check_fits_memory(const struct case_file *file, struct findings *findings)
     const uint64_t span = image->span_end - image->span_begin, room = file->profile->region_bytes;
     if (span <= room)
         return;
-    struct finding *finding =
-        finding_add(findings, "the module takes %" PRIu64 " bytes of memory, there are %" PRIu64,
-                    span, room);
+    struct finding *finding = finding_add(
+        findings, "the module takes %" PRIu64 " bytes of memory, there are %" PRIu64, span, room);
     const struct image_symbol *symbol = largest(image);
     if (symbol != NULL)
         finding_place(finding, file, symbol->vaddr);
@@ -65,13 +64,13 @@ void check_fits_memory(const struct case_file *file, struct findings *findings)
 
 /* ---- notes ---- */
 
+/* An exported one is a matter of export-code. */
 static bool holds_data(const struct image *image, const struct image_segment *segment)
 {
     for (size_t i = 0; i < image->symbol_count; i++) {
         const struct image_symbol *symbol = &image->symbols[i];
-        if (symbol->kind == IMAGE_SYMBOL_OBJECT && symbol->size > 0 &&
-            symbol->vaddr >= segment->vaddr &&
-            symbol->vaddr - segment->vaddr < segment->mem_size)
+        if (symbol->kind == IMAGE_SYMBOL_OBJECT && symbol->size > 0 && !symbol->exported &&
+            symbol->vaddr >= segment->vaddr && symbol->vaddr - segment->vaddr < segment->mem_size)
             return true;
     }
     return false;
@@ -104,8 +103,8 @@ void check_debug_information(const struct case_file *file, struct findings *find
     const struct image *image = file->image;
     bool named = false;
     if (file_unreadable(file, findings) || image->format == IMAGE_FORMAT_FLAT ||
-        image->has_debug_lines)
-        return;
+        image->has_debug_lines || image->debug_file != NULL)
+        return; /* a .pdb is debug information, though nobody reads it here (decision H15) */
     for (size_t i = 0; i < image->symbol_count; i++)
         named |= !image->symbols[i].exported;
     if (named)

@@ -2,21 +2,25 @@
 # Test programs and the modules they need; included by the Makefile.
 
 FIXTURE_DIR := $(BUILD)/fixtures
-FIXTURES := $(patsubst conformance/fixtures/%.c,$(FIXTURE_DIR)/%.tgm,$(wildcard conformance/fixtures/*/*.c))
+FIXTURE_SOURCES := $(foreach suffix,c cpp S,$(wildcard conformance/fixtures/*/*.$(suffix)))
+FIXTURE_NAMES := $(patsubst conformance/fixtures/%,$(FIXTURE_DIR)/%,$(basename $(FIXTURE_SOURCES)))
+FIXTURES := $(foreach name,$(FIXTURE_NAMES),$(name).tgm$(if $(findstring flat,$(notdir $(name))),.bin))
 
 MODULE_CFLAGS := -std=c11 -O2 -g -ffreestanding -fPIC -fvisibility=hidden -fshort-wchar -fno-stack-protector \
     -fno-asynchronous-unwind-tables -Wall -Wextra -Werror -Isdk/include -ffile-prefix-map=$(CURDIR)/=
 FIXTURE_LDFLAGS := -nostdlib -shared -Wl,-Bsymbolic -Wl,-e,0 -Wl,--hash-style=gnu -Wl,-z,noexecstack \
     -Wl,--build-id=none
 
-# A fixture may say "flags: ..." in its second line: added to compiler and linker; -r: linked no further.
-$(FIXTURE_DIR)/%.tgm: conformance/fixtures/%.c conformance/fixtures/base.h sdk/include/tgm_plc.h \
-    sdk/include/tgm/layout_gen4.h sdk/src/mem.c | $(BUILD)/.deps
-	@mkdir -p $(@D)
-	@echo "  MODULE $<"
-	$(Q)flags=$$(sed -n '2s/.*flags: \(.*\) \*\/$$/\1/p' $<); link="$(FIXTURE_LDFLAGS)"; \
-	    [ "$$flags" != -r ] || link=-nostdlib; \
-	    gcc $(MODULE_CFLAGS) -fno-builtin -o $@ $< sdk/src/mem.c $$link $$flags -Wl,-w
+# tests/fixture.sh says what a fixture's first lines may ask for.
+FIXTURE_MADE_WITH := tests/fixture.sh conformance/fixtures/base.h conformance/fixtures/hidden.h sdk/include/tgm_plc.h \
+    sdk/include/tgm/layout_gen4.h sdk/src/mem.c
+define fixture_rule
+$(FIXTURE_DIR)/%$(2): conformance/fixtures/%.$(1) $(FIXTURE_MADE_WITH) | $(BUILD)/.deps-test
+	@mkdir -p $$(@D)
+	@echo "  MODULE $$<"
+	$$(Q)V=$$(V) FIXTURE_CFLAGS="$$(filter-out -std=%,$$(MODULE_CFLAGS))" tests/fixture.sh $$< $$@
+endef
+$(foreach suffix,c cpp S,$(foreach ending,.tgm .tgm.bin,$(eval $(call fixture_rule,$(suffix),$(ending)))))
 
 # Each test program: its own source and what of the rooms it needs (all of them: they are small).
 UNIT_TESTS := test_osc test_text16 test_catalogue test_fixtures \
@@ -211,6 +215,7 @@ $(BUILD)/obj/tests/test_fixtures.o: ALL_CFLAGS += -DFIXTURE_DIR='"$(FIXTURE_DIR)
 fixtures: $(FIXTURES) ## build the rules' fixture modules
 test-programs: $(addprefix $(BUILD)/test/,$(UNIT_TESTS) $(SDK_TESTS) $(IMAGE_TESTS) $(MACHINE_TESTS) $(BUS_TESTS) $(HOST_TESTS)) $(FIXTURES)
 
+-include $(wildcard $(FIXTURE_DIR)/*/*.d)
 -include $(wildcard $(BUILD)/obj/tests/*.d $(BUILD)/obj/sdk-host/*.d)
 
 # SOEM's own sources with its own port for Linux, as its users build them, under a walker of ours.
