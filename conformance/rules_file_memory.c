@@ -108,8 +108,10 @@ void check_debug_information(const struct case_file *file, struct findings *find
     for (size_t i = 0; i < image->symbol_count; i++)
         named |= !image->symbols[i].exported;
     if (named)
-        finding_add(findings,
-                    "no line information: findings name functions and offsets, not source lines");
+        finding_add(
+            findings,
+            "no line information in the file: findings name functions and offsets, not source "
+            "lines");
     else
         finding_add(findings, "stripped of symbols and line information: findings name offsets "
                               "from the exports, not functions and lines");

@@ -70,12 +70,24 @@ bytes() {
     run objcopy -O binary -j .text "$output.o" "$output"
 }
 
+# Import library for a flag like kernel32.lib: with the one function that fixtures import.
+import_library() {
+    printf 'LIBRARY %s.dll\nEXPORTS\n    Sleep\n' "${1%.lib}" >"$output.def"
+    run llvm-dlltool -m "$2" -d "$output.def" -l "$output.lib"
+}
+
+# What begins with a slash is the linker's.
 msvc() {
     compile=
-    link=
+    link=/DEF:sdk/link/pe64.def
     for flag in $flags; do
         case $flag in
+        /EXPORT:*) link="${link#/DEF:sdk/link/pe64.def} $flag" ;;
         /*) link="$link $flag" ;;
+        *.lib)
+            import_library "$flag" "$2"
+            link="$link $output.lib"
+            ;;
         *) compile="$compile $flag" ;;
         esac
     done
@@ -83,7 +95,7 @@ msvc() {
     run "$(compiler clang)" --target="$1"-pc-windows-msvc $language $(windows_flags) -gcodeview -fno-builtin $compile -c \
         -o "$output.obj" "$source"
     # shellcheck disable=SC2086
-    run lld-link /DLL /NOENTRY /NODEFAULTLIB /Brepro /DEBUG /PDB:"$output.pdb" /DEF:sdk/link/pe64.def /OUT:"$output" "$output.obj" $link
+    run lld-link /DLL /NOENTRY /NODEFAULTLIB /Brepro /DEBUG /PDB:"$output.pdb" $link /OUT:"$output" "$output.obj"
 }
 
 # Of several sources the last one's dependencies are kept.
@@ -107,8 +119,8 @@ elf64)
     ;;
 pe64) mingw x86_64 sdk/link/pe64.def ;;
 pe32) mingw i686 sdk/link/pe32.def ;;
-msvc64) msvc x86_64 ;;
-msvc32) msvc i686 ;;
+msvc64) msvc x86_64 i386:x86-64 ;;
+msvc32) msvc i686 i386 ;;
 arm) arm ;;
 flat) flat ;;
 bytes) bytes ;;
