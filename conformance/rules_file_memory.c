@@ -108,8 +108,8 @@ void check_debug_information(const struct case_file *file, struct findings *find
     const struct image *image = file->image;
     bool named = false;
     if (file_unreadable(file, findings) || image->format == IMAGE_FORMAT_FLAT ||
-        image->has_debug_lines)
-        return;
+        image->has_debug_lines || image->debug_file != NULL)
+        return; /* a .pdb is debug information, though nobody reads it here (decision H15) */
     for (size_t i = 0; i < image->symbol_count; i++)
         named |= !image->symbols[i].exported;
     if (named)
