@@ -55,11 +55,16 @@ void check_fits_memory(const struct case_file *file, struct findings *findings)
     const uint64_t span = image->span_end - image->span_begin, room = file->profile->region_bytes;
     if (span <= room)
         return;
-    struct finding *finding = finding_add(
-        findings, "the module takes %" PRIu64 " bytes of memory, there are %" PRIu64, span, room);
     const struct image_symbol *symbol = largest(image);
-    if (symbol != NULL)
-        finding_place(finding, file, symbol->vaddr);
+    if (symbol == NULL)
+        finding_add(findings, "the module takes %" PRIu64 " bytes of memory, there are %" PRIu64,
+                    span, room);
+    else
+        finding_place(finding_add(findings,
+                                  "the module takes %" PRIu64 " bytes of memory, there are %" PRIu64
+                                  "; the largest thing in it is %s (%" PRIu64 " bytes)",
+                                  span, room, symbol->name, symbol->size),
+                      file, symbol->vaddr);
 }
 
 /* ---- notes ---- */

@@ -79,10 +79,10 @@ import_library() {
 # What begins with a slash is the linker's.
 msvc() {
     compile=
-    link=/DEF:sdk/link/pe64.def
+    link="/DEF:sdk/link/pe64.def "
     for flag in $flags; do
         case $flag in
-        /EXPORT:*) link="${link#/DEF:sdk/link/pe64.def} $flag" ;;
+        *.def) link="/DEF:$flag ${link#/DEF:* }" ;;
         /*) link="$link $flag" ;;
         *.lib)
             import_library "$flag" "$2"
