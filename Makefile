@@ -49,6 +49,8 @@ MACHINE_SRC := load.c poison.c regions.c call.c fault.c attribute.c watchdog.c s
     arguments.c \
     serve.c \
     reload.c \
+    rehearse.c \
+    operands.c \
     machine.c \
     instrumented.c \
     instrumented_call.c \
@@ -96,6 +98,8 @@ HOST_SRC := realtime.c shm.c product.c schedule.c extent.c servo_wire.c \
     audit.c \
     config.c config_keys.c config_check.c \
     digest.c \
+    evidence_file.c \
+    evidence_rows.c \
     catalogue.c text16.c evidence.c plant.c host_select.c osc.c experiment.c \
     profile_shape.c \
     profile_motion.c \
@@ -121,6 +125,9 @@ LAYOUT_SRC := measure.c \
     digest_take.c \
     plc.c \
     preempt.c \
+    races.c \
+    races_judge.c \
+    races_state.c \
     rewind.c \
     host.c host_rows.c memories.c services.c timers.c servo.c dio.c \
     motion.c \
