@@ -34,11 +34,11 @@ void cycle_each_traced(const struct case_file *file, cycle_judge *judge, struct 
         if (!experiment_in(ON_TRACED, id) ||
             !cycle_run_open(&run, file, (enum experiment_id)id, findings) || unsupported(&run))
             continue;
+        judge(&run);
+        case_complete(file, (enum experiment_id)id, findings);
         if (!run.evidence->audit.traced)
             finding_not_judged(findings, "experiment %s: no instruction was seen",
                                run.experiment->name);
-        judge(&run);
-        case_complete(file, (enum experiment_id)id, findings);
     }
 }
 

@@ -50,7 +50,7 @@ static void touch(const char *name, uint64_t pc, bool write, uint64_t value)
         fail_msg("%s", why);
     const struct trace_access access = { .pc = pc,
                                          .region = (uint32_t)index_of(reg.memory),
-                                         .offset = reg.offset,
+                                         .offset = (int64_t)reg.offset,
                                          .size = (unsigned)scalar_size(reg.type),
                                          .write = write,
                                          .value = value };
@@ -273,7 +273,7 @@ static void the_worst_call_is_kept_with_its_cycle(void **state)
 
 static void accesses_outside_calls_and_memories_are_not_kept(void **state)
 {
-    const struct trace_access beyond = { .pc = PC, .region = 4, .offset = UINT64_MAX, .size = 1 };
+    const struct trace_access beyond = { .pc = PC, .region = 4, .offset = -1, .size = 1 };
     const struct trace_access data = { .pc = PC, .region = AUDIT_MEMORIES + 2, .size = 4 };
     const struct trace_access code = {
         .pc = PC, .region = TRACE_CODE, .offset = 0x1234, .size = 1, .write = true

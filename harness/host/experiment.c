@@ -14,6 +14,9 @@
 /* Rows and frames travel in blocks, so that a cycle costs no system call. */
 #define BLOCK_BYTES 32768
 
+/* Address space that an emulated CPU reserves for what it translates, and some to work in. */
+#define EMULATOR_BYTES (UINT64_C(3) << 30)
+
 #define EMPTY_LOOP_NS UINT64_C(1000000000)
 
 _Static_assert(PCAP_BUFFER <= BLOCK_BYTES, "what a capture hands over fits a block");
@@ -178,13 +181,18 @@ static int trace_open(const struct experiment *experiment, struct host_config *a
     return 0;
 }
 
+static bool is_instrumented(const struct experiment *experiment, const struct image *image)
+{
+    char why[MACHINE_WHY];
+    return experiment->instrumented || experiment->traced ||
+           machine_fits(image, MACHINE_NATIVE, why) != 0;
+}
+
 static int prepare(const struct experiment *experiment, struct host_config *around,
                    const struct image *image, uint64_t hang_ns, struct evidence *evidence,
                    struct machine **machine, struct host **host)
 {
-    char why[MACHINE_WHY];
-    evidence->instrumented =
-        experiment->instrumented || experiment->traced || machine_fits(image, MACHINE_NATIVE, why) != 0;
+    evidence->instrumented = is_instrumented(experiment, image);
     struct machine_config config = {
         .seed = around->seed,
         .kind = evidence->instrumented ? MACHINE_INSTRUMENTED : MACHINE_NATIVE,
@@ -372,6 +380,7 @@ int experiment_run(const struct experiment *experiment, const struct image *imag
                              experiment->cycles * (experiment->host.cycle_us > 1000
                                                        ? experiment->host.cycle_us * UINT64_C(2000)
                                                        : UINT64_C(2000000)),
+        .memory_bytes = is_instrumented(experiment, image) ? EMULATOR_BYTES : 0,
     };
     r = worker_run(body, job, shared, &limits, progress != NULL || bulk ? relay : NULL, forward,
                    bulk, &result->worker);
