@@ -8,7 +8,7 @@
 #include "bus/spread.h"
 #include "host/host_parts.h"
 
-#define DEFAULT_CALLS 100
+#define DEFAULT_CALLS 60
 #define FIRST_CALLS   8     /* all of them: much happens once */
 #define EVERY_POINT   256   /* so far every instruction, then ever fewer */
 #define STEPS_MOST    50000 /* instructions of a call that are stepped */
@@ -21,7 +21,7 @@ static uint64_t draw(struct host *host, uint64_t below)
 
 int races_open(struct host *host, char why[MACHINE_WHY])
 {
-    if (host->config.preempt.mode != PREEMPT_TRIED)
+    if (host->config.preempt.mode != PREEMPT_TRIED || !machine_rehearses(host->machine))
         return 0;
     host->races = calloc(1, sizeof *host->races);
     if (host->races == NULL || races_state_open(host) != 0) {
