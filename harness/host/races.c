@@ -82,18 +82,32 @@ static void play_orders(struct host *host, enum entry by)
     order->judged = order->judged && play_order(host, turns + 1, owners + 1, order, order->second);
 }
 
-/* Which pages they write: what is not among them is not looked at until the end. */
-static bool rehearse_all(struct host *host)
+static uint64_t at_write(void *argument, uint64_t pc, uint64_t instructions)
 {
-    struct races *races = host->races;
+    (void)pc;
+    races_note_writes(argument);
+    return instructions < STEPS_MOST ? 1 : MACHINE_NEVER;
+}
+
+/* Finds the pages that a function writes to, also those that it leaves as they were: what is not
+ * among them is not looked at until the end. */
+static bool rehearse(struct host *host, enum entry entry)
+{
     struct machine_outcome outcome;
-    const bool returns = call(host, races->entry, &outcome);
-    for (enum entry by = ENTRY_02; by < ENTRY_COUNT; by++)
-        if (may_interrupt(host, races->entry, by))
-            call(host, by, &outcome);
-    races_find_touched(races);
+    machine_interrupt_next(host->machine, 0, at_write, host);
+    const bool returns = call(host, entry, &outcome);
+    races_find_touched(host->races); /* and what host services wrote for it */
     races_back_to_start(host);
     return returns;
+}
+
+static bool rehearse_all(struct host *host)
+{
+    const enum entry entry = host->races->entry;
+    for (enum entry by = ENTRY_02; by < ENTRY_COUNT; by++)
+        if (may_interrupt(host, entry, by))
+            rehearse(host, by);
+    return rehearse(host, entry);
 }
 
 static void try_one(struct host *host, enum entry by)
