@@ -103,6 +103,7 @@ HOST_SRC := realtime.c shm.c product.c schedule.c extent.c servo_wire.c \
     catalogue.c text16.c evidence.c plant.c host_select.c osc.c experiment.c \
     profile_shape.c \
     profile_motion.c \
+    sketch.c \
     scenario_read.c \
     scenario_words.c \
     scenario_expression.c \
@@ -149,6 +150,17 @@ LAYOUT_SRC := measure.c \
 LAYOUTS := gen4 gen5_905 gen5_906
 REPORT_SRC := text.c json.c \
     curves.c \
+    json_text.c \
+    markup.c \
+    report.c \
+    junit.c \
+    sarif.c \
+    html.c \
+    html_axis.c \
+    html_bars.c \
+    html_parts.c \
+    html_plots.c \
+    html_runs.c \
     picture.c
 CLI_SRC := main.c options.c output.c check.c run.c inspect.c inspect_text.c inspect_json.c rules.c new.c registers.c \
     clock.c \
@@ -157,6 +169,7 @@ CLI_SRC := main.c options.c output.c check.c run.c inspect.c inspect_text.c insp
     capture.c bus.c plot.c scope.c \
     record.c \
     machine.c \
+    reports.c \
     scenario.c \
     device.c \
     eeprom.c \
@@ -176,7 +189,12 @@ CONFORMANCE_SRC := profile.c rules.c findings.c incidents.c rules_file.c rules_s
     rules_machine.c \
     rules_preempted.c \
     again.c \
+    archive_open.c \
+    archive_save.c \
+    waivers.c \
     cases.c \
+    chronicle.c \
+    chronicle_plot.c \
     judge.c \
     plan.c \
     runs.c \
@@ -188,6 +206,7 @@ ROOM_OBJ := $(addprefix $(BUILD)/obj/harness/image/,$(IMAGE_SRC:.c=.o)) \
     $(BUILD)/obj/harness/machine/thunks.o \
     $(addprefix $(BUILD)/obj/harness/bus/,$(BUS_SRC:.c=.o)) $(BUILD)/obj/harness/bus/fiber_switch.o \
     $(BUILD)/obj/harness/bus/terminals.o \
+    $(BUILD)/obj/harness/report/style.o \
     $(addprefix $(BUILD)/obj/harness/host/,$(HOST_SRC:.c=.o)) $(LAYOUTS:%=$(BUILD)/obj/harness/host_%.o) \
     $(addprefix $(BUILD)/obj/harness/report/,$(REPORT_SRC:.c=.o)) \
     $(addprefix $(BUILD)/obj/conformance/,$(CONFORMANCE_SRC:.c=.o)) \
@@ -340,6 +359,8 @@ $(BUILD)/obj/%.o: %.c | $(BUILD)/.deps
 	$(Q)$(CC) $(ALL_CFLAGS) -c -o $@ $<
 
 $(BUILD)/obj/harness/bus/terminals.o: $(TERMINALS)
+
+$(BUILD)/obj/harness/report/style.o: harness/report/report.css
 
 $(BUILD)/obj/%.o: %.S | $(BUILD)/.deps
 	@mkdir -p $(@D)

@@ -27,6 +27,8 @@ UNIT_TESTS := test_osc test_text16 test_catalogue test_fixtures \
     test_scenario \
     test_audit \
     test_budgets \
+    test_chronicle \
+    test_report \
     test_profile \
     test_curves \
     test_schedule \
@@ -64,6 +66,9 @@ BUS_TESTS += test_esi
 BUS_TESTS += test_busfile
 
 $(addprefix $(BUILD)/obj/tests/,$(BUS_TESTS:=.o) bench_bus.o soak_segment.o): ALL_CFLAGS += -Itests $(BUS_CFLAGS)
+
+# Reports that tests/reports.sh holds against their schemas.
+$(BUILD)/obj/tests/test_report.o: ALL_CFLAGS += -Itests $(XML) -DTEST_REPORTS_DIR='"$(BUILD)/reports"'
 
 # Captures that tests/captures.sh lets tshark dissect.
 $(BUILD)/obj/tests/test_pcap.o: ALL_CFLAGS += -DTEST_CAPTURES_DIR='"$(BUILD)/captures"'
