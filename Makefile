@@ -153,8 +153,11 @@ CONFORMANCE_SRC := profile.c rules.c findings.c incidents.c rules_file.c rules_s
     rules_machine.c \
     again.c \
     cases.c \
+    certificate.c \
     chronicle.c \
     chronicle_plot.c \
+    envelope.c \
+    keys.c \
     judge.c \
     plan.c \
     runs.c \
@@ -220,6 +223,7 @@ FUZZERS := fuzz_image fuzz_text \
     fuzz_code \
     fuzz_scenario \
     fuzz_device \
+    fuzz_certificate \
     fuzz_config \
     fuzz_text16 \
     fuzz_path
@@ -346,6 +350,11 @@ $(BUILD)/fuzz/fuzz_config: tests/fuzz_config.c $(addprefix harness/host/,config.
 	@mkdir -p $(@D)
 	@echo "  FUZZ   $@"
 	$(Q)$(FUZZ_CC) -o $@ $(filter %.c,$^) -linih
+
+$(BUILD)/fuzz/fuzz_certificate: tests/fuzz_certificate.c $(addprefix conformance/,certificate.c envelope.c keys.c) harness/report/report.c | $(BUILD)/.deps-test
+	@mkdir -p $(@D)
+	@echo "  FUZZ   $@"
+	$(Q)$(FUZZ_CC) -o $@ $(filter %.c,$^) -ljansson -lsodium
 
 $(BUILD)/fuzz/fuzz_text16: tests/fuzz_text16.c harness/host/text16.c | $(BUILD)/.deps-test
 	@mkdir -p $(@D)

@@ -21,6 +21,7 @@ $(FIXTURE_DIR)/%.tgm: conformance/fixtures/%.c conformance/fixtures/base.h sdk/i
 # Each test program: its own source and what of the rooms it needs (all of them: they are small).
 UNIT_TESTS := test_osc test_text16 test_catalogue test_fixtures \
     test_scenario \
+    test_certificate \
     test_chronicle \
     test_report \
     test_profile \
