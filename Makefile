@@ -142,6 +142,10 @@ CLI_SRC := main.c options.c output.c check.c run.c inspect.c inspect_text.c insp
     clock.c \
     config.c \
     configuration.c \
+    certify.c \
+    keygen.c \
+    program.c \
+    verify.c \
     capture.c bus.c plot.c scope.c \
     record.c \
     reports.c \
@@ -160,7 +164,9 @@ CONFORMANCE_SRC := profile.c rules.c findings.c incidents.c rules_file.c rules_s
     keys.c \
     judge.c \
     plan.c \
+    rule_book.c \
     runs.c \
+    suite.c \
     check.c
 SOEM_SRC := ethercatbase.c ethercatcoe.c ethercatconfig.c ethercatdc.c ethercatmain.c ethercatprint.c ethercatsoe.c
 

@@ -5,6 +5,7 @@
 
 #include "conformance/check.h"
 #include "conformance/chronicle.h"
+#include "conformance/rule_book.h"
 
 struct check {
     struct image *image;
@@ -17,6 +18,7 @@ struct check {
     struct case_scenario *scenarios;
     struct chronicle chronicle;
     char title[96];
+    char rule_book[RULE_BOOK_HASH];
     char cannot_run[FINDING_TEXT];
 };
 
