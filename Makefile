@@ -30,9 +30,14 @@ IMAGE_SRC := image.c image_sort.c image_text.c elf.c elf_kinds.c elf_header.c el
     image_child.c \
     pe_unwind.c \
     code.c \
+    code_step.c \
     code_arm.c \
     code_map.c \
     code_x86.c \
+    code_special.c \
+    census.c \
+    census_bytes.c \
+    census_users.c \
     stack.c \
     stack_graph.c \
     stack_returns.c \
@@ -41,9 +46,18 @@ IMAGE_SRC := image.c image_sort.c image_text.c elf.c elf_kinds.c elf_header.c el
     stack_walk.c
 MACHINE_SRC := load.c poison.c regions.c call.c fault.c attribute.c watchdog.c sandbox.c filter.c confine.c worker.c \
     interrupt.c \
+    arguments.c \
+    serve.c \
     reload.c \
     machine.c \
-    native.c
+    instrumented.c \
+    instrumented_call.c \
+    instrumented_fault.c \
+    instrumented_hooks.c \
+    cpu_x86.c \
+    cpu_arm.c \
+    native.c \
+    thread_block.c
 BUS_SRC := client.c client_cycle.c client_jobs.c client_map.c client_watch.c client_rewind.c fiber.c segment.c slave.c registers.c sii.c syncman.c fmmu.c al.c dc.c \
     watchdog.c mailbox.c coe.c coe_info.c od.c pdo.c cia402.c axis.c devices.c dev_drive.c drive.c drive_cyclic.c \
     drive_homing.c drive_od.c drive_profile.c wire.c \
@@ -79,6 +93,7 @@ BUS_SRC := client.c client_cycle.c client_jobs.c client_map.c client_watch.c cli
 TERMINALS := $(wildcard harness/bus/terminals/*.device)
 HOST_SRC := realtime.c shm.c product.c schedule.c extent.c servo_wire.c \
     servo_select.c \
+    audit.c \
     config.c config_keys.c config_check.c \
     digest.c \
     catalogue.c text16.c evidence.c plant.c host_select.c osc.c experiment.c \
@@ -103,6 +118,7 @@ HOST_SRC := realtime.c shm.c product.c schedule.c extent.c servo_wire.c \
     interp_file.c
 # What touches registers: once for each layout of the shared memories.
 LAYOUT_SRC := measure.c \
+    watch.c \
     digest_take.c \
     plc.c \
     preempt.c \
@@ -121,6 +137,7 @@ LAYOUT_SRC := measure.c \
     statistics.c \
     eeprom.c \
     can_memory.c \
+    entries.c \
     interpolator.c \
     interpolator_command.c
 LAYOUTS := gen4 gen5_905 gen5_906
@@ -149,11 +166,23 @@ CLI_SRC := main.c options.c output.c check.c run.c inspect.c inspect_text.c insp
     capture.c bus.c plot.c scope.c \
     record.c \
     reports.c \
+    machine.c \
     scenario.c \
     device.c \
     eeprom.c \
     path.c
 CONFORMANCE_SRC := profile.c rules.c findings.c incidents.c rules_file.c rules_start.c rules_cycle.c \
+    rules_cycle_calls.c \
+    rules_cycle_motion.c \
+    rules_cycle_access.c \
+    budgets.c \
+    rules_same.c \
+    rules_file_code.c \
+    rules_file_exports.c \
+    rules_file_load.c \
+    rules_file_memory.c \
+    rules_file_names.c \
+    rules_file_runtime.c \
     rules_machine.c \
     again.c \
     cases.c \
@@ -172,6 +201,7 @@ SOEM_SRC := ethercatbase.c ethercatcoe.c ethercatconfig.c ethercatdc.c ethercatm
 
 ROOM_OBJ := $(addprefix $(BUILD)/obj/harness/image/,$(IMAGE_SRC:.c=.o)) \
     $(addprefix $(BUILD)/obj/harness/machine/,$(MACHINE_SRC:.c=.o)) $(BUILD)/obj/harness/machine/trampoline.o \
+    $(BUILD)/obj/harness/machine/thunks.o \
     $(addprefix $(BUILD)/obj/harness/bus/,$(BUS_SRC:.c=.o)) $(BUILD)/obj/harness/bus/fiber_switch.o \
     $(BUILD)/obj/harness/bus/terminals.o \
     $(BUILD)/obj/harness/report/style.o \
@@ -224,6 +254,7 @@ bench: $(BUILD)/tgm $(BUILD)/test/bench $(BUILD)/test/bench_bus template-linked 
 
 FUZZ_SECONDS ?= 300
 FUZZERS := fuzz_image fuzz_text \
+    fuzz_image_deep \
     fuzz_segment \
     fuzz_faults \
     fuzz_code \
@@ -340,7 +371,12 @@ FUZZ_CC := clang -std=gnu11 -g -O1 $(INCLUDE) -fsanitize=fuzzer,address,undefine
 $(BUILD)/fuzz/fuzz_image: tests/fuzz_image.c tests/image_support.c tests/image_support_pe.c $(addprefix harness/image/,$(IMAGE_SRC)) | $(BUILD)/.deps-test
 	@mkdir -p $(@D)
 	@echo "  FUZZ   $@"
-	$(Q)$(FUZZ_CC) -o $@ $(filter %.c,$^) $(LIBS)
+	$(Q)$(FUZZ_CC) -O2 -o $@ $(filter %.c,$^) $(LIBS)
+
+$(BUILD)/fuzz/fuzz_image_deep: tests/fuzz_image.c tests/image_support.c tests/image_support_pe.c $(addprefix harness/image/,$(IMAGE_SRC)) | $(BUILD)/.deps-test
+	@mkdir -p $(@D)
+	@echo "  FUZZ   $@"
+	$(Q)$(FUZZ_CC) -DFUZZ_DEEP -o $@ $(filter %.c,$^) $(LIBS)
 
 $(BUILD)/fuzz/fuzz_code: tests/fuzz_code.c $(addprefix harness/image/,$(IMAGE_SRC)) | $(BUILD)/.deps-test
 	@mkdir -p $(@D)
@@ -362,7 +398,7 @@ $(BUILD)/fuzz/fuzz_certificate: tests/fuzz_certificate.c $(addprefix conformance
 	@echo "  FUZZ   $@"
 	$(Q)$(FUZZ_CC) -o $@ $(filter %.c,$^) -ljansson -lsodium
 
-$(BUILD)/fuzz/fuzz_text16: tests/fuzz_text16.c harness/host/text16.c | $(BUILD)/.deps-test
+$(BUILD)/fuzz/fuzz_text16: tests/fuzz_text16.c harness/host/text16.c harness/machine/arguments.c | $(BUILD)/.deps-test
 	@mkdir -p $(@D)
 	@echo "  FUZZ   $@"
 	$(Q)$(FUZZ_CC) -o $@ $(filter %.c,$^) -lm

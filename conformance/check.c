@@ -55,12 +55,13 @@ static int choose_rules(struct check *check, const struct check_options *options
 static void note_unrunnable(struct check *check, const struct profile *profile)
 {
     const struct image *image = check->image;
-    if (image->defect[0] != '\0' || image->format != profile->format ||
-        image->target != profile->target) {
+    if (image->defect[0] != '\0' || !profile_loads(profile, image)) {
         snprintf(check->cannot_run, sizeof check->cannot_run,
                  "the file is not a module that this profile loads (rule file-format)");
         return;
     }
+    if (image->format == IMAGE_FORMAT_FLAT)
+        return; /* what it has is known when GetProcAddress has been called */
     for (const char *const *name = profile->exports; *name != NULL; name++) {
         const struct image_symbol *symbol = image_export(image, *name);
         if (symbol != NULL && symbol->executable)

@@ -3,6 +3,7 @@
 #ifndef CONFORMANCE_CHECK_PARTS_H
 #define CONFORMANCE_CHECK_PARTS_H
 
+#include "conformance/budgets.h"
 #include "conformance/check.h"
 #include "conformance/chronicle.h"
 #include "conformance/rule_book.h"
@@ -17,6 +18,7 @@ struct check {
     struct case_run *runs; /* by enum experiment_id */
     struct case_scenario *scenarios;
     struct chronicle chronicle;
+    struct budget_report budgets[BUDGETS_MOST];
     char title[96];
     char rule_book[RULE_BOOK_HASH];
     char cannot_run[FINDING_TEXT];

@@ -4,10 +4,8 @@
  * much was, and the text ends with 0. Input: capacity, then numbers for the arguments, then the
  * format.
  *
- * Every argument that lies on the stack is eight bytes, so a list of arguments is made here by
- * hand. Where the format may ask for text all of them are pointers to text.
+ * Where the format may ask for text all arguments are pointers to text.
  */
-#include <stdarg.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
@@ -25,22 +23,12 @@ struct slots {
     uint64_t value[ARGUMENTS];
 };
 
-#if defined(__x86_64__)
-/* As the System V ABI has it: all registers are used up, the rest is in memory. */
 static int format_with(uint16_t *out, size_t capacity, const uint16_t *format, struct slots *slots)
 {
-    va_list list;
-    struct {
-        unsigned general, vector;
-        void *overflow, *saved;
-    } made = { 48, 176, slots->value, NULL };
-    _Static_assert(sizeof made == sizeof list, "va_list");
-    memcpy(list, &made, sizeof made);
-    return text16_vformat(out, capacity, format, list);
+    struct arguments arguments;
+    arguments_from_values(&arguments, slots->value, ARGUMENTS);
+    return text16_vformat(out, capacity, format, &arguments);
 }
-#else
-#error "a va_list of x86-64 is made by hand"
-#endif
 
 /* At most one argument for each unit of a format, and one more for '*'. */
 static size_t read_format(uint16_t *format, const uint8_t *data, size_t size, int *texts)

@@ -221,7 +221,7 @@ static const struct {
     int error;
 } refused[] = {
     { 0, 0x1000, IMAGE_FORMAT_ELF64, "e_phoff is 7, allowed is 64", -ENOEXEC },
-    { 0, 0x1000, IMAGE_FORMAT_PE, "", -ENOEXEC },
+    { 0, 0x1000, IMAGE_FORMAT_FLAT, "", -ENOEXEC },
     { 0x1000, 0x1000, IMAGE_FORMAT_ELF64, "", -ENOEXEC },
     { 0x2000, 0x1000, IMAGE_FORMAT_ELF64, "", -ENOEXEC },
     { 0x10, 0x1000, IMAGE_FORMAT_ELF64, "", -ENOEXEC },

@@ -98,7 +98,7 @@ static void start(struct run *run, enum mutation_kind mutation)
         fail_msg("%s", why);
     /* What the services take is not the module's. */
     for (int i = 0; i < ENTRY_COUNT; i++) {
-        void (**services)(void) = (void (**)(void)) & run->host->plc_data[i]->functions;
+        void (**services)(void) = (void *)(run->host->plc_data[i] + offsetof(PLC_DATA, functions));
         for (size_t k = 0; k < sizeof(PLC_IMPORT_FUNCTIONS) / sizeof(void *); k++)
             services[k] = quiet_service;
     }

@@ -24,6 +24,8 @@ UNIT_TESTS := test_osc test_text16 test_catalogue test_fixtures \
     test_certificate \
     test_chronicle \
     test_report \
+    test_audit \
+    test_budgets \
     test_profile \
     test_curves \
     test_schedule \
@@ -32,10 +34,13 @@ UNIT_TESTS := test_osc test_text16 test_catalogue test_fixtures \
 SDK_TESTS := test_sdk_mem test_sdk_text test_sdk_motion test_sdk_start test_sdk_start5 test_sdk_start8
 IMAGE_TESTS := test_image test_image_real test_image_bad test_image_damage test_image_memory \
     test_image_pe test_image_pe_bad test_image_arm test_image_flat \
+    test_bad_files \
     test_stack
 MACHINE_TESTS := test_machine test_machine_call test_machine_load test_machine_seal test_worker \
     test_machine_stack \
-    test_machine_preempt
+    test_machine_preempt \
+    test_machine_windows \
+    test_arguments
 BUS_TESTS := test_segment test_slave test_coe test_drive test_bus test_client \
     test_drive2 \
     test_tgz \
@@ -101,6 +106,27 @@ $(MACHINE_MODULE_DIR)/%.so: tests/machine_modules/%.c | $(BUILD)/.deps
 	$(Q)gcc -std=gnu11 -O1 -g -ffreestanding -fPIC -fno-stack-protector -fno-asynchronous-unwind-tables -shared \
 	    -nostdlib -Wl,-Bsymbolic -Wl,-z,relro -Wl,-z,noexecstack -o $@ $<
 
+# PE modules, of mingw and of the shape that Microsoft's tools make.
+MACHINE_MODULES += $(addprefix $(MACHINE_MODULE_DIR)/,windows.dll windows_fixed.dll windows_frames.dll)
+MACHINE_MINGW := x86_64-w64-mingw32-gcc -shared -nostdlib -Wl,-e,0 -Wl,--no-insert-timestamp
+
+$(MACHINE_MODULE_DIR)/windows.dll: tests/machine_modules/windows.S | $(BUILD)/.deps-test
+	@mkdir -p $(@D)
+	@echo "  MODULE $@"
+	$(Q)$(MACHINE_MINGW) -o $@ $<
+
+$(MACHINE_MODULE_DIR)/windows_fixed.dll: tests/machine_modules/windows.S | $(BUILD)/.deps-test
+	@mkdir -p $(@D)
+	@echo "  MODULE $@"
+	$(Q)clang --target=x86_64-pc-windows-msvc -c -o $@.obj $<
+	$(Q)lld-link /DLL /NOENTRY /NODEFAULTLIB /Brepro /FIXED /BASE:0x1a0000000 /EXPORT:read_plain /OUT:$@ $@.obj
+
+$(MACHINE_MODULE_DIR)/%.dll: tests/machine_modules/%.c | $(BUILD)/.deps-test
+	@mkdir -p $(@D)
+	@echo "  MODULE $@"
+	$(Q)clang --target=x86_64-pc-windows-msvc -O2 -g -ffreestanding -fno-stack-protector -c -o $@.obj $<
+	$(Q)lld-link /DLL /NOENTRY /NODEFAULTLIB /Brepro /OUT:$@ $@.obj
+
 $(addprefix $(BUILD)/obj/tests/,$(MACHINE_TESTS:=.o)): ALL_CFLAGS += -Itests \
     -DTEST_MACHINE_MODULES_DIR='"$(MACHINE_MODULE_DIR)"'
 $(addprefix $(BUILD)/test/,$(MACHINE_TESTS)): | $(MACHINE_MODULES)
@@ -119,6 +145,7 @@ HOST_TESTS := test_scope test_host \
     test_interpolator
 HOST_TESTS += test_services
 HOST_TESTS += test_digest
+HOST_TESTS += test_watch
 HOST_TESTS += test_can
 HOST_TESTS += test_eeprom
 host_module_4 := -DTGM_GENERATION=4
@@ -144,6 +171,13 @@ $(BUILD)/test/test_interpolator: LDFLAGS += $(addprefix -Wl$(comma)--wrap=,mallo
 include tests/modules/image.mk
 $(addprefix $(BUILD)/obj/tests/,$(IMAGE_TESTS:=.o) image_support.o image_support_pe.o): ALL_CFLAGS += -DTEST_MODULES_DIR='"$(BUILD)/modules"'
 $(addprefix $(BUILD)/test/,$(IMAGE_TESTS)): $(BUILD)/obj/tests/image_support.o $(BUILD)/obj/tests/image_support_pe.o | $(IMAGE_MODULES)
+
+# Real modules of every format for the fuzzers to begin with.
+.PHONY: fuzz-seeds
+fuzz: fuzz-seeds
+fuzz-seeds: $(IMAGE_MODULES)
+	$(Q)for fuzzer in fuzz_image fuzz_image_deep; do mkdir -p $(BUILD)/fuzz/corpus-$$fuzzer && \
+	    cp -u $(IMAGE_MODULES) $(BUILD)/fuzz/corpus-$$fuzzer/ || exit 1; done
 
 $(BUILD)/test/%: $(BUILD)/obj/tests/%.o $(ROOM_OBJ)
 	@mkdir -p $(@D)

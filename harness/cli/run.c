@@ -12,6 +12,7 @@
 #include "cli/eeprom.h"
 #include "cli/configuration.h"
 #include "cli/clock.h"
+#include "cli/machine.h"
 #include "cli/path.h"
 #include "cli/record.h"
 #include "cli/scenario.h"
@@ -31,6 +32,7 @@ struct run {
     struct capture capture;
     const char *pcap_path;
     const char *scenario_path;
+    const char *machine; /* --machine */
     struct eeprom_file eeprom;
     FILE *screen; /* standard error when recording or capture go to standard output */
     bool terminal;
@@ -193,6 +195,9 @@ static int conclude(struct run *run, const struct experiment_result *result, con
         fputc('\n', run->screen);
     for (unsigned i = 0; i < evidence->incident_count; i++)
         status = tell_incident(run, &evidence->incidents[i], name);
+    if (evidence->instrumented)
+        fprintf(run->screen, "  %s %s, run on the emulated CPU\n", run->image->format_name,
+                run->image->target_name);
     interrupts_tell(run->screen, evidence, run->image);
     clock_tell(run->screen, &evidence->clock);
     if (evidence->trouble[0] != '\0')
@@ -252,15 +257,15 @@ static int play(struct run *run, const char *path)
 static int open_module(struct run *run, const struct profile *profile, const char *path,
                        struct image **image)
 {
-    char why[RUN_WHY];
+    char why[RUN_WHY], wanted[PROFILE_WANTED];
     if (image_open(image, path, why) != 0)
         return complain(run->command, "%s", why);
     run->image = *image;
     if ((*image)->defect[0] != '\0')
         fprintf(stderr, "tgm run: %s: %s\n", path, (*image)->defect);
-    else if ((*image)->format != profile->format || (*image)->target != profile->target)
+    else if (!profile_loads(profile, *image))
         fprintf(stderr, "tgm run: %s: %s %s; %s is needed\n", path, (*image)->format_name,
-                (*image)->target_name, profile->wanted);
+                (*image)->target_name, profile_wanted(profile, wanted));
     else
         return 0;
     return EXIT_MODULE;
@@ -326,6 +331,8 @@ static int start(struct run *run, const struct profile *profile, const char *pat
 {
     struct image *image = NULL;
     int status = open_module(run, profile, path, &image);
+    if (status == 0)
+        status = machine_check(run->command, run->machine, image, &run->experiment);
     if (status == 0)
         status = open_files(run, path);
     const bool taken = run->record.csv.stream == stdout || run->capture.output.stream == stdout;
@@ -420,6 +427,9 @@ int command_run(const struct command *command, int argc, char **argv)
           &preempt, 0, 0 },
         { "--reload-at", OPTION_DURATION, "TIME", "run the PLC again (Run sequence) at that time",
           &run.experiment.reload_ns, 0, 0 },
+        { "--machine", OPTION_TEXT, "KIND",
+          "native, or instrumented: an emulated CPU (default: native where the module can)",
+          &run.machine, 0, 0 },
         { "--clock", OPTION_TEXT, "WHICH", "virtual (default), or real: the wall clock", &clock, 0,
           0 },
         { "--shm", OPTION_FLAG, NULL,
@@ -463,6 +473,7 @@ int command_run(const struct command *command, int argc, char **argv)
     if ((status = record_choose(&run.record, command, &run.experiment.host)) != 0)
         return status;
     if (clock_read(command, clock, &run.experiment) != 0 ||
+        machine_read(command, run.machine, &run.experiment) != 0 ||
         (preempt != NULL && preempt_read(command, preempt, &run.experiment) != 0) ||
         (prefix != NULL && shm_prefix_check(command, prefix) != 0))
         return EXIT_CALL;

@@ -62,8 +62,15 @@ static int check_module(const struct call *call, const struct certificate *certi
 
 static int check_evidence(const struct call *call, const struct certificate *certificate)
 {
+    char path[4096], hash[FILE_HASH];
     if (call->evidence == NULL)
         return EXIT_OK;
+    snprintf(path, sizeof path, "%s/manifest.json", call->evidence);
+    const int r = file_hash(path, hash);
+    if (r != 0)
+        return complain(call->command, "cannot read '%s': %s", path, strerror(-r));
+    if (strcmp(hash, certificate->evidence) != 0)
+        return refuse("%s was changed, or is of another check", path);
     return EXIT_OK;
 }
 

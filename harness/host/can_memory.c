@@ -21,15 +21,14 @@ _Static_assert(sizeof(struct entry_can) == CAN_ENTRY_BYTES, "size of RECEIVE_DAT
 
 static void offer(struct host *host, unsigned channel, void *memory)
 {
-    for (int entry = 0; entry < ENTRY_COUNT; entry++) {
-        PLC_DATA *data = host->plc_data[entry];
-        if (channel == 0)
-            data->GENERATION(PReciveDataCan1, pReciveDataCan1) = memory;
+    static const size_t members[] = {
+        offsetof(PLC_DATA, GENERATION(PReciveDataCan1, pReciveDataCan1)),
 #if TGM_GENERATION == 4
-        else
-            data->PReciveDataCan2 = memory;
+        offsetof(PLC_DATA, PReciveDataCan2),
 #endif
-    }
+    };
+    for (int entry = 0; entry < ENTRY_COUNT; entry++)
+        plc_data_put(host, (enum entry)entry, members[channel], (uintptr_t)memory);
 }
 
 static int can_memory_open(struct host *host, char why[HOST_WHY])

@@ -72,6 +72,9 @@ void evidence_clean(struct evidence *evidence)
         clean_bool(&evidence->calls[i].disabled);
     clean_bool(&evidence->all_op);
     clean_bool(&evidence->eeprom.saved);
+    clean_bool(&evidence->instrumented);
+    clean_bool(&evidence->lookup.asked);
+    clean_bool(&evidence->lookup.found);
     if (evidence->eeprom.size > EVIDENCE_EEPROM)
         evidence->eeprom.size = EVIDENCE_EEPROM;
     if (evidence->axis_count > EVIDENCE_AXES)
@@ -88,6 +91,7 @@ void evidence_clean(struct evidence *evidence)
     for (unsigned i = 0; i < EVIDENCE_FAULTS; i++)
         end_text(evidence->faults[i].text, sizeof evidence->faults[i].text);
     clean_play(evidence);
+    audit_clean(&evidence->audit);
     for (unsigned i = 0; i < EVIDENCE_INTERRUPTS; i++)
         clean_entry(&evidence->interrupts[i].entry);
     if (evidence->digest.state_count > DIGEST_STATES)

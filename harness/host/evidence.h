@@ -14,6 +14,7 @@
 #include <stdint.h>
 
 #include "bus/bus.h"
+#include "host/audit.h"
 #include "host/digest.h"
 #include "host/product.h"
 #include "host/realtime.h"
@@ -114,6 +115,14 @@ struct evidence_eeprom {
     uint8_t data[EVIDENCE_EEPROM];
 };
 
+/* What GetProcAddress of a flat image returned when it was loaded last. */
+struct evidence_lookup {
+    bool asked;
+    bool found;     /* the table lies in the module's memory; without: functions mean nothing */
+    uint32_t table; /* its address */
+    uint32_t functions[ENTRY_COUNT]; /* as many as the product asks for; bit 0: Thumb code */
+};
+
 enum evidence_stage {
     EVIDENCE_NOTHING, /* the worker did not get as far as loading */
     EVIDENCE_LOADED,
@@ -158,16 +167,19 @@ struct evidence {
     uint64_t interrupt_count; /* all; the first EVIDENCE_INTERRUPTS are stored */
     struct evidence_interrupt interrupts[EVIDENCE_INTERRUPTS];
 
-    unsigned loads; /* of the module, besides the first */
+    unsigned loads;    /* of the module, besides the first */
+    bool instrumented; /* the emulated CPU ran it */
+    struct evidence_lookup lookup;
     struct evidence_clock clock;
 
     uint64_t op_cycle;   /* first cycle with every slave in OP, EVIDENCE_NO_CYCLE when never */
     uint64_t wkc_errors; /* exchanges with a working counter below the expected one, once in OP */
-    uint64_t sleeps_in_04_05; /* SleepFt where it is forbidden */
-    size_t stack_used;        /* bytes */
+    size_t stack_used;   /* bytes */
     unsigned slaves;
     struct digest digest;
     struct sketch sketch; /* of the first axes; no row without a bus */
+
+    struct audit_record audit; /* audit.h */
 
     volatile bool stop; /* the parent wants the run to end */
 

@@ -74,23 +74,6 @@ static int bus_ready(struct host *host, char why[HOST_WHY])
     return 0;
 }
 
-static int find_entries(struct host *host, char why[HOST_WHY])
-{
-    for (int entry = 0; entry < ENTRY_COUNT; entry++) {
-        const struct image_symbol *symbol =
-            image_export(host->image, entry_name((enum entry)entry));
-        if (symbol == NULL && entry >= (int)host->config.product->entries)
-            continue; /* Program_05 where the product does not ask for it (R4) */
-        if (symbol == NULL || !symbol->executable) {
-            snprintf(why, HOST_WHY, "the module does not export the function %s",
-                     entry_name((enum entry)entry));
-            return -ENOENT;
-        }
-        host->entry_address[entry] = symbol->vaddr;
-    }
-    return 0;
-}
-
 static void periods_open(struct host *host)
 {
     for (int i = 0; i < 3; i++) {
@@ -138,7 +121,7 @@ static int open_host(struct host **out, const struct host_config *config, struct
         r = -EINVAL;
         goto out;
     }
-    r = find_entries(host, why);
+    r = entries_open(host, why);
     if (r == 0)
         r = memories_open(host, why);
     if (r == 0 && !config->without_bus && config->plant->device_count > 0)
@@ -160,8 +143,7 @@ out:
     return 0;
 }
 
-static void record_incident(struct host *host, enum entry entry,
-                            const struct machine_outcome *outcome)
+void host_incident(struct host *host, enum entry entry, const struct machine_outcome *outcome)
 {
     struct evidence *evidence = host->evidence;
     evidence->calls[entry].disabled = true;
@@ -189,12 +171,14 @@ bool host_call(struct host *host, enum entry entry)
     evidence->stage = EVIDENCE_CALLING;
     host->preempt.called |= 1u << entry;
     preempt_plan(host, entry);
+    watch_begin(host, entry);
     machine_call(host->machine, host->entry_address[entry], host->plc_data_module[entry], &outcome);
+    watch_end(host, entry, &outcome);
     preempt_done(host, entry);
     evidence->entry = entry;
     evidence->stage = EVIDENCE_BETWEEN;
     if (outcome.kind != MACHINE_RETURNED) {
-        record_incident(host, entry, &outcome);
+        host_incident(host, entry, &outcome);
         return false;
     }
     statistics_call(host, entry, outcome.elapsed_ns);

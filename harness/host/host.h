@@ -53,7 +53,7 @@ extern const struct plant plant_default;
 enum mutation_kind {
     MUTATION_NONE,
     MUTATION_NULL_DATA,     /* pData is NULL */
-    MUTATION_STRUCT_SIZE,   /* structSize = value */
+    MUTATION_STRUCT_SIZE,   /* structSize = value; half of it where pointers have 32 bits */
     MUTATION_NULL_FUNCTION, /* value is an enum plc_function: its pointer is NULL */
     MUTATION_COMPATIBILITY  /* HEADER.Compatibility_Id = value */
 };
@@ -131,6 +131,7 @@ struct host_config {
     const void *eeprom; /* what is stored there, eeprom_size bytes; NULL: nothing yet */
     size_t eeprom_size;
     const char *can, *can_name; /* script of the CAN buses (can.h); NULL: there are none */
+    struct audit *audit; /* opened; takes what an instrumented machine sees; NULL: nothing */
     bool without_bus;           /* no slaves are made: for experiments that only call Program_Ini */
     struct mutation mutation;
     struct pcap *capture;   /* where the frames of the bus go; NULL: nowhere */

@@ -146,9 +146,11 @@ struct host {
     void *memory[HOST_MEMORIES];       /* by catalogue index */
     size_t memory_bytes[HOST_MEMORIES];
     SYSTEM *system;
-    PLC_DATA *plc_data[ENTRY_COUNT];    /* the host's view */
-    void *plc_data_module[ENTRY_COUNT]; /* what the module is given: read-only */
-    uint64_t entry_address[ENTRY_COUNT];
+    unsigned char *plc_data[ENTRY_COUNT]; /* the host's view, as wide as the module's pointers */
+    void *plc_data_module[ENTRY_COUNT];   /* what the module is given: read-only */
+    size_t word_bytes;                    /* of those pointers */
+    void *device_info, *device_name;      /* the module's: pcGetDeviceInfo_v and its text */
+    uint64_t entry_address[ENTRY_COUNT];  /* of the module; bit 0: Thumb code; 0: none */
 
     struct bus *bus;
     uint64_t bus_zero; /* bus time of the first cycle */
@@ -215,6 +217,7 @@ struct host {
 extern const struct host_part *const host_parts[];
 extern const struct host_part host_scope;
 extern const struct host_part host_scene;
+extern const struct host_part host_watch;
 extern const struct host_part host_timers, host_servo, host_capture, host_motion, host_dio;
 extern const struct host_part host_digest;
 extern const struct host_part host_console, host_statistics, host_eeprom, host_safety, host_general,
@@ -222,8 +225,8 @@ extern const struct host_part host_console, host_statistics, host_eeprom, host_s
 extern const struct host_part host_timers, host_servo, host_capture, host_motion, host_dio,
     host_interpolator;
 
-/* services.c: fills the functions of a PLC_DATA; the services act for this host from now on. */
-void services_bind(struct host *host, PLC_DATA *data);
+/* services.c: puts the functions into every PLC_DATA. */
+int services_open(struct host *host, char why[HOST_WHY]);
 
 /* console.c: text of the module; id_and_severity as in generation 5. Reads text to its end. */
 void console_text16(struct host *host, uint32_t id_and_severity, const uint16_t *text);
@@ -242,6 +245,11 @@ void servo_faultless(struct host *host, struct axis *axis);
 
 /* safety.c: what becomes of the set-point of a servo that runs. */
 double safety_set_point(const struct host *host, struct axis *axis, double wanted);
+
+/* watch.c: around a call of the module; it has called SleepFt. */
+void watch_begin(const struct host *host, enum entry entry);
+void watch_end(const struct host *host, enum entry entry, const struct machine_outcome *outcome);
+void watch_sleep(const struct host *host);
 
 /* statistics.c: a function of the module has been called. */
 void statistics_call(struct host *host, enum entry entry, uint64_t elapsed_ns);
@@ -298,6 +306,8 @@ extern const struct host_part host_measure;
 
 /* host.c, for the files of PLC control */
 bool host_call(struct host *host, enum entry entry);
+/* A call that did not return as it should; the function is not called again. */
+void host_incident(struct host *host, enum entry entry, const struct machine_outcome *outcome);
 void host_slot(struct host *host); /* the next one of the schedule */
 void host_clear_parts(struct host *host);
 uint64_t host_time_of(const struct host *host);
@@ -318,9 +328,17 @@ void digest_close(struct host *host);
 /* interpolator_command.c: carries out INTERPOLATOR.Command, in front of a step. */
 void interpolator_command(const struct host *host, struct interpolator *in);
 
+/* entries.c: entry_address, when the host is made; and when a module has been loaded, before
+ * Program_Ini is called. False when that one is not found. */
+int entries_open(struct host *host, char why[HOST_WHY]);
+bool entries_load(struct host *host);
+
 /* memories.c */
 int memories_open(struct host *host, char why[HOST_WHY]);
 void memories_mutate(struct host *host);
+/* A member of a PLC_DATA, by its offset in one of 64 bits: all of them are words, structSize and
+ * pointers, so that on 32-bit targets everything is half as large and half as far. */
+void plc_data_put(struct host *host, enum entry entry, size_t offset, uint64_t value);
 
 /* Seconds in a Cycle_Time. */
 static inline double host_cycle_seconds(const struct host *host)

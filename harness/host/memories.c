@@ -67,29 +67,37 @@ static void fill_main(struct host *host)
     m->Interpolator_SetCycleTime = host->schedule->interpolator_us;
 }
 
+_Static_assert(sizeof(PLC_DATA) % sizeof(void *) == 0, "words and nothing else");
+
+void plc_data_put(struct host *host, enum entry entry, size_t offset, uint64_t value)
+{
+    const size_t width = host->word_bytes; /* little-endian, as all targets are */
+    memcpy(host->plc_data[entry] + offset / sizeof(void *) * width, &value, width);
+}
+
 /* Each instance ends at a guard page, so that reading past it faults, and is read-only to the
  * module. */
 static int plc_data_open(struct host *host, char why[HOST_WHY])
 {
+    const size_t size = sizeof(PLC_DATA) / sizeof(void *) * host->word_bytes;
     for (int entry = 0; entry < ENTRY_COUNT; entry++) {
         char name[MACHINE_REGION_NAME];
         void *own, *module;
         snprintf(name, sizeof name, "PLC_DATA of %s", entry_name((enum entry)entry));
-        int r = machine_map(host->machine, name, sizeof(PLC_DATA), MACHINE_REGION_READ, &own,
-                            &module, why);
+        int r = machine_map(host->machine, name, size, MACHINE_REGION_READ, &own, &module, why);
         if (r != 0)
             return r;
         host->plc_data[entry] = own;
         host->plc_data_module[entry] = module;
-        memset(own, 0, sizeof(PLC_DATA));
-        host->plc_data[entry]->structSize = sizeof(PLC_DATA);
-        services_bind(host, host->plc_data[entry]);
+        memset(own, 0, size);
+        plc_data_put(host, (enum entry)entry, offsetof(PLC_DATA, structSize), size);
         for (size_t i = 0; catalogue_memory(host->catalogue, i) != NULL; i++)
             if (catalogue_memory(host->catalogue, i)->pointer >= 0)
-                memcpy((char *)own + catalogue_memory(host->catalogue, i)->pointer,
-                       &host->memory[i], sizeof(void *));
+                plc_data_put(host, (enum entry)entry,
+                             (size_t)catalogue_memory(host->catalogue, i)->pointer,
+                             (uintptr_t)host->memory[i]);
     }
-    return 0;
+    return services_open(host, why);
 }
 
 static int memory_open(struct host *host, const struct catalogue_memory *memory, size_t bytes,
@@ -113,6 +121,7 @@ static int memory_open(struct host *host, const struct catalogue_memory *memory,
 int memories_open(struct host *host, char why[HOST_WHY])
 {
     const struct product *product = host->config.product;
+    host->word_bytes = machine_pointer_size(host->machine);
     host->catalogue = catalogue_find(product->generation, (int)product->memory_id);
     if (host->catalogue == NULL) {
         snprintf(why, HOST_WHY, "no layout for generation %d, memory id %u", product->generation,
@@ -138,33 +147,23 @@ int memories_open(struct host *host, char why[HOST_WHY])
     return plc_data_open(host, why);
 }
 
-static void take_function_away(PLC_IMPORT_FUNCTIONS *functions, enum plc_function which)
+static void take_function_away(struct host *host, enum plc_function which)
 {
-    switch (which) {
-    case PLC_STRING:
-        functions->GENERATION(pRtWprintf_String, pRtWprintf_String_Severity) = NULL;
-        break;
-    case PLC_SLEEP:
-        functions->pSleepFt = NULL;
-        break;
+#define FUNCTION(member) (offsetof(PLC_DATA, functions) + offsetof(PLC_IMPORT_FUNCTIONS, member))
+    static const size_t functions[] = {
+        [PLC_STRING] = FUNCTION(GENERATION(pRtWprintf_String, pRtWprintf_String_Severity)),
+        [PLC_SLEEP] = FUNCTION(pSleepFt),
 #if TGM_GENERATION == 4
-    case PLC_LONG:
-        functions->pRtWprintf_Long = NULL;
-        break;
-    case PLC_SWPRINTF:
-        functions->pswprintf = NULL;
-        break;
-#else
-    case PLC_LONG:
-    case PLC_SWPRINTF:
-        break;
+        [PLC_LONG] = FUNCTION(pRtWprintf_Long),
+        [PLC_SWPRINTF] = FUNCTION(pswprintf),
 #endif
-    }
+    };
+    if (functions[which] != 0) /* this generation has it */
+        plc_data_put(host, ENTRY_INI, functions[which], 0);
 }
 
 void memories_mutate(struct host *host)
 {
-    PLC_DATA *data = host->plc_data[ENTRY_INI];
     const struct mutation *m = &host->config.mutation;
     switch (m->kind) {
     case MUTATION_NONE:
@@ -173,10 +172,11 @@ void memories_mutate(struct host *host)
         host->plc_data_module[ENTRY_INI] = NULL;
         break;
     case MUTATION_STRUCT_SIZE:
-        data->structSize = m->value;
+        plc_data_put(host, ENTRY_INI, offsetof(PLC_DATA, structSize),
+                     m->value / (sizeof(void *) / host->word_bytes));
         break;
     case MUTATION_NULL_FUNCTION:
-        take_function_away(&data->functions, (enum plc_function)m->value);
+        take_function_away(host, (enum plc_function)m->value);
         break;
     case MUTATION_COMPATIBILITY:
         host->system->Header.Compatibility_Id = (uint32_t)m->value;

@@ -120,7 +120,7 @@ static void load(struct host *host)
 
 bool plc_begin(struct host *host)
 {
-    const bool returned = host_call(host, ENTRY_INI);
+    const bool returned = entries_load(host) && host_call(host, ENTRY_INI);
     /* Program_Ini takes as long as it likes: the schedule goes on when it is over. */
     if (host->real != NULL)
         realtime_start(host->real, host_time_of(host));

@@ -30,16 +30,20 @@ struct product_budget {
     uint32_t background_percent; /* Program_01..03: of their own period */
     uint32_t program_04_percent; /* of Cycle_Time */
     uint32_t program_05_us;
+    uint32_t stack_bytes; /* of a function and what it calls (decision H20) */
+    /* What a call costs is counted in instructions, the same on every machine; so many of them are
+     * taken for a microsecond of the product's processor (decision H10). */
+    uint32_t instructions_per_us;
 };
 
 enum entry { ENTRY_INI, ENTRY_01, ENTRY_02, ENTRY_03, ENTRY_04, ENTRY_05, ENTRY_COUNT };
 
 struct product {
-    const char *name;                             /* "pc4" */
-    const char *title;                            /* "TG Motion 4.21" */
-    uint32_t plc_data_size;                       /* structSize of a 64-bit module */
-    int generation;                               /* of the PLC interface and of the layouts */
-    uint32_t version;                             /* MAIN.TGMotion_Version */
+    const char *name;       /* "pc4" */
+    const char *title;      /* "TG Motion 4.21" */
+    uint32_t plc_data_size; /* structSize of a 64-bit module; of a 32-bit one half */
+    int generation;         /* of the PLC interface and of the layouts */
+    uint32_t version;       /* MAIN.TGMotion_Version */
     uint32_t compatibility_id, memory_id, cnc_id; /* HEADER; runtime.md section 1 */
     unsigned max_servo, max_dio, max_interpolator;
     const uint32_t *cycle_times_us; /* allowed Cycle_Time, ascending, ends with 0 */

@@ -2,80 +2,70 @@
 /* The functions that a module finds in PLC_DATA. */
 #include "host/host_parts.h"
 
-#include <stdarg.h>
 #include <string.h>
 
 #include "host/text16.h"
 
 #define SERVICE_TEXT 1024 /* UTF-16 units of one console message; the rest is cut */
 
-/* Services have no context argument: they act for the one host of this worker process. */
-static struct host *service_host;
-
 #if TGM_GENERATION == 5
-static int32_t service_string(uint32_t id_and_severity, const tgm_char *text)
+static int64_t service_string(void *context, struct arguments *arguments)
 {
-    machine_service_enter(service_host->machine, "pRtWprintf_String_Severity",
-                          __builtin_return_address(0));
-    if (service_host->config.product->text8)
-        console_text8(service_host, id_and_severity, (const char *)text);
+    struct host *host = context;
+    const uint32_t id_and_severity = arguments_u32(arguments);
+    const void *text = arguments_pointer(arguments);
+    if (host->config.product->text8)
+        console_text8(host, id_and_severity, text);
     else
-        console_text16(service_host, id_and_severity, text);
-    machine_service_leave(service_host->machine);
+        console_text16(host, id_and_severity, text);
     return 0;
 }
 #else
 
-static void print(int32_t severity, const tgm_wchar *text)
+static void print(struct host *host, uint32_t severity, const uint16_t *text)
 {
-    console_text16(service_host,
-                   CONSOLE_PLC | ((uint32_t)severity & CONSOLE_SEVERITY_MASK)
-                                     << CONSOLE_SEVERITY_SHIFT,
+    console_text16(host, CONSOLE_PLC | (severity & CONSOLE_SEVERITY_MASK) << CONSOLE_SEVERITY_SHIFT,
                    text);
 }
 
-static int32_t service_string(const tgm_wchar *text)
+static int64_t service_string(void *context, struct arguments *arguments)
 {
-    machine_service_enter(service_host->machine, "pRtWprintf_String", __builtin_return_address(0));
+    const uint16_t *text = arguments_pointer(arguments);
     int32_t length = 0;
     while (text[length] != 0)
         length++;
-    print(0, text);
-    machine_service_leave(service_host->machine);
+    print(context, 0, text);
     return length;
 }
 
-static int32_t service_long(const tgm_wchar *format, int32_t value)
+static int64_t service_long(void *context, struct arguments *arguments)
 {
-    tgm_wchar text[SERVICE_TEXT];
-    machine_service_enter(service_host->machine, "pRtWprintf_Long", __builtin_return_address(0));
-    int32_t length = text16_format(text, SERVICE_TEXT, format, value);
-    print(0, text);
-    machine_service_leave(service_host->machine);
+    uint16_t text[SERVICE_TEXT];
+    struct arguments only;
+    const uint16_t *format = arguments_pointer(arguments);
+    const uint64_t value = (uint64_t)(int64_t)(int32_t)arguments_u32(arguments);
+    arguments_from_values(&only, &value, 1);
+    const int32_t length = text16_vformat(text, SERVICE_TEXT, format, &only);
+    print(context, 0, text);
     return length;
 }
 
-static int32_t service_swprintf(tgm_wchar *buffer, size_t size, const tgm_wchar *format, ...)
+static int64_t service_swprintf(void *context, struct arguments *arguments)
 {
-    va_list arguments;
-    machine_service_enter(service_host->machine, "pswprintf", __builtin_return_address(0));
-    va_start(arguments, format);
-    int32_t length = text16_vformat(buffer, size, format, arguments);
-    va_end(arguments);
-    machine_service_leave(service_host->machine);
-    return length;
+    (void)context;
+    uint16_t *buffer = arguments_pointer(arguments);
+    const size_t size = arguments_size(arguments);
+    const uint16_t *format = arguments_pointer(arguments);
+    return text16_vformat(buffer, size, format, arguments);
 }
 
-static int32_t service_ex(int32_t severity, const tgm_wchar *format, ...)
+static int64_t service_ex(void *context, struct arguments *arguments)
 {
-    tgm_wchar text[SERVICE_TEXT];
-    va_list arguments;
-    machine_service_enter(service_host->machine, "pRtWprintf_Ex", __builtin_return_address(0));
-    va_start(arguments, format);
-    int32_t length = text16_vformat(text, SERVICE_TEXT, format, arguments);
-    va_end(arguments);
-    print(severity, text);
-    machine_service_leave(service_host->machine);
+    uint16_t text[SERVICE_TEXT];
+    const uint32_t severity = arguments_u32(arguments);
+    const uint16_t *format = arguments_pointer(arguments);
+    const int32_t length = text16_vformat(text, SERVICE_TEXT, format, arguments);
+    print(context, severity, text);
     return length;
 }
 
@@ -83,65 +73,105 @@ static int32_t service_ex(int32_t severity, const tgm_wchar *format, ...)
 
 /* Every function runs to completion on the simulated clock, so a wait lets nothing else run (R17).
  */
-static void service_sleep(GENERATION(TGM_LARGE_INTEGER, PLC_LARGE_INTEGER) * pause)
+static int64_t service_sleep(void *context, struct arguments *arguments)
 {
-    machine_service_enter(service_host->machine, "pSleepFt", __builtin_return_address(0));
-    (void)*(volatile int64_t *)&pause->QuadPart;
-    const enum entry entry = service_host->evidence->entry;
-    if (entry == ENTRY_04 || entry == ENTRY_05)
-        service_host->evidence->sleeps_in_04_05++;
-    machine_service_leave(service_host->machine);
+    const volatile unsigned char *pause = arguments_pointer(arguments);
+    (void)pause[0];
+    (void)pause[sizeof(int64_t) - 1];
+    watch_sleep(context);
+    return 0;
 }
 
-static int32_t service_can(uint32_t number, uint32_t id, uint32_t dlc, uint8_t *data)
+static int64_t send(struct host *host, struct arguments *arguments, bool remote)
 {
-    machine_service_enter(service_host->machine, "pCAN_Transmit", __builtin_return_address(0));
-    const int32_t sent = can_send(service_host, number, id, dlc, data, false);
-    machine_service_leave(service_host->machine);
-    return sent;
+    const uint32_t number = arguments_u32(arguments);
+    const uint32_t id = arguments_u32(arguments);
+    const uint32_t length = arguments_u32(arguments);
+    const uint8_t *data = arguments_pointer(arguments);
+    return can_send(host, number, id, length, remote ? NULL : data, remote);
 }
 
-static int32_t service_can_remote(uint32_t number, uint32_t id, uint32_t dlc, uint8_t *data)
+static int64_t service_can(void *context, struct arguments *arguments)
 {
-    (void)data;
-    machine_service_enter(service_host->machine, "pCAN_TransmitRemote",
-                          __builtin_return_address(0));
-    const int32_t sent = can_send(service_host, number, id, dlc, NULL, true);
-    machine_service_leave(service_host->machine);
-    return sent;
+    return send(context, arguments, false);
+}
+
+static int64_t service_can_remote(void *context, struct arguments *arguments)
+{
+    return send(context, arguments, true);
 }
 
 #if TGM_GENERATION == 5 && TGM_MEMORY_ID == 906
-static const char *device_info(void)
+static int64_t device_info(void *context, struct arguments *arguments)
 {
-    return service_host->config.product->device_name;
+    (void)arguments;
+    return (int64_t)(intptr_t)((struct host *)context)->device_name;
 }
 
-static intptr_t service_info(const char *name, uint32_t opmode)
+static int64_t service_info(void *context, struct arguments *arguments)
 {
-    machine_service_enter(service_host->machine, "pGetFunctionOrInfo", __builtin_return_address(0));
+    const char *name = arguments_pointer(arguments);
+    const uint32_t opmode = arguments_u32(arguments);
     const bool known = opmode == 0 && strcmp(name, "pcGetDeviceInfo_v") == 0;
-    machine_service_leave(service_host->machine);
-    return known ? (intptr_t)device_info : 0;
+    return known ? (int64_t)(intptr_t)((struct host *)context)->device_info : 0;
+}
+
+/* The text that the second function returns lies where the module can read it. */
+static int open_device_info(struct host *host, char why[HOST_WHY])
+{
+    const char *name = host->config.product->device_name;
+    void *own;
+    int r = machine_map(host->machine, "device name", strlen(name) + 1, MACHINE_REGION_READ, &own,
+                        &host->device_name, why);
+    if (r != 0)
+        return r;
+    memcpy(own, name, strlen(name) + 1);
+    return machine_service(host->machine, "pcGetDeviceInfo_v", device_info, host,
+                           &host->device_info, why);
+}
+#else
+static int open_device_info(struct host *host, char why[HOST_WHY])
+{
+    (void)host;
+    (void)why;
+    return 0;
 }
 #endif
 
-void services_bind(struct host *host, PLC_DATA *data)
-{
-    PLC_IMPORT_FUNCTIONS *functions = &data->functions;
-    service_host = host;
+static const struct {
+    const char *name;
+    machine_function *function;
+    size_t at; /* in a PLC_DATA of 64 bits */
+} services[] = {
+#define IMPORT(member, function)                                                                   \
+    {                                                                                              \
+#member, function, offsetof(PLC_DATA, functions) + offsetof(PLC_IMPORT_FUNCTIONS, member)  \
+    }
 #if TGM_GENERATION == 4
-    functions->pRtWprintf_String = service_string;
-    functions->pRtWprintf_Long = service_long;
-    functions->pswprintf = service_swprintf;
-    functions->pRtWprintf_Ex = service_ex;
+    IMPORT(pRtWprintf_String, service_string),
+    IMPORT(pRtWprintf_Long, service_long),
+    IMPORT(pswprintf, service_swprintf),
+    IMPORT(pRtWprintf_Ex, service_ex),
 #else
-    functions->pRtWprintf_String_Severity = service_string;
+    IMPORT(pRtWprintf_String_Severity, service_string),
 #endif
-    functions->pSleepFt = service_sleep;
-    functions->pCAN_Transmit = service_can;
-    functions->pCAN_TransmitRemote = service_can_remote;
+    IMPORT(pSleepFt, service_sleep),
+    IMPORT(pCAN_Transmit, service_can),
+    IMPORT(pCAN_TransmitRemote, service_can_remote),
 #if TGM_GENERATION == 5 && TGM_MEMORY_ID == 906
-    data->pGetFunctionOrInfo = service_info;
+    { "pGetFunctionOrInfo", service_info, offsetof(PLC_DATA, pGetFunctionOrInfo) },
 #endif
+};
+
+int services_open(struct host *host, char why[HOST_WHY])
+{
+    int r = open_device_info(host, why);
+    for (size_t i = 0; i < sizeof services / sizeof *services && r == 0; i++) {
+        void *function;
+        r = machine_service(host->machine, services[i].name, services[i].function, host, &function,
+                            why);
+        for (int entry = 0; entry < ENTRY_COUNT && r == 0; entry++)
+            plc_data_put(host, (enum entry)entry, services[i].at, (uintptr_t)function);
+    }
+    return r;
 }

@@ -2,6 +2,7 @@
 #include "host/text16.h"
 
 #include <math.h>
+#include <stdarg.h>
 #include <stdbool.h>
 #include <stdio.h>
 #include <string.h>
@@ -226,30 +227,30 @@ static void emit_text(struct sink *sink, const struct conversion *c, const void 
         pad(sink, gap, ' ');
 }
 
-/* va_list by pointer, so that a conversion takes exactly its arguments. */
-struct arguments {
-    va_list list;
-};
+static uint64_t signed_size(struct arguments *a)
+{
+    const uint64_t value = arguments_size(a);
+    return arguments_pointer_bytes(a->convention) == 4 ? (uint64_t)(int64_t)(int32_t)value : value;
+}
 
 static uint64_t take_integer(const struct conversion *c, struct arguments *a, bool is_signed)
 {
     switch (c->size) {
     case SIZE_64:
-        return va_arg(a->list, unsigned long long);
+        return arguments_u64(a);
     case SIZE_L:
-        return is_signed ? (uint64_t)va_arg(a->list, long) : va_arg(a->list, unsigned long);
+        return is_signed ? (uint64_t)arguments_long(a) : arguments_ulong(a);
     case SIZE_POINTER:
-        return va_arg(a->list, size_t);
+        return is_signed ? signed_size(a) : arguments_size(a);
     case SIZE_HH:
-        return is_signed ? (uint64_t)(int64_t)(signed char)va_arg(a->list, int)
-                         : (unsigned char)va_arg(a->list, unsigned);
+        return is_signed ? (uint64_t)(int64_t)(int8_t)arguments_u32(a) : (uint8_t)arguments_u32(a);
     case SIZE_H:
-        return is_signed ? (uint64_t)(int64_t)(short)va_arg(a->list, int)
-                         : (unsigned short)va_arg(a->list, unsigned);
+        return is_signed ? (uint64_t)(int64_t)(int16_t)arguments_u32(a)
+                         : (uint16_t)arguments_u32(a);
     case SIZE_DEFAULT:
         break;
     }
-    return is_signed ? (uint64_t)(int64_t)va_arg(a->list, int) : va_arg(a->list, unsigned);
+    return is_signed ? (uint64_t)(int64_t)(int32_t)arguments_u32(a) : arguments_u32(a);
 }
 
 /* False when the letter is none of the language. */
@@ -270,8 +271,9 @@ static bool convert(struct sink *sink, struct conversion *c, struct arguments *a
         emit_integer(sink, c, take_integer(c, a, false));
         return true;
     case 'p':
-        c->letter = 'X', c->has_precision = true, c->precision = (int)(2 * sizeof(void *));
-        emit_integer(sink, c, (uint64_t)(uintptr_t)va_arg(a->list, void *));
+        c->letter = 'X', c->has_precision = true,
+        c->precision = (int)(2 * arguments_pointer_bytes(a->convention));
+        emit_integer(sink, c, arguments_size(a));
         return true;
     case 'e':
     case 'E':
@@ -281,12 +283,12 @@ static bool convert(struct sink *sink, struct conversion *c, struct arguments *a
     case 'G':
     case 'a':
     case 'A':
-        emit_real(sink, c, va_arg(a->list, double));
+        emit_real(sink, c, arguments_f64(a));
         return true;
     case 'c':
     case 'C': {
         const bool narrow = c->letter == 'C' ? c->size != SIZE_L : c->size == SIZE_H;
-        const int unit = va_arg(a->list, int);
+        const int unit = (int)arguments_u32(a);
         const uint16_t text[2] = { narrow ? (unsigned char)unit : (uint16_t)unit, 0 };
         pad(sink, c->left ? 0 : c->width - 1, c->zero ? '0' : ' ');
         put(sink, text[0]);
@@ -296,7 +298,7 @@ static bool convert(struct sink *sink, struct conversion *c, struct arguments *a
     case 's':
     case 'S': {
         const bool narrow = c->letter == 'S' ? c->size != SIZE_L : c->size == SIZE_H;
-        emit_text(sink, c, va_arg(a->list, const void *), !narrow);
+        emit_text(sink, c, arguments_pointer(a), !narrow);
         return true;
     }
     default:
@@ -309,7 +311,7 @@ static bool conversion_step(struct sink *sink, const uint16_t **format, struct a
     struct conversion c = { 0 };
     parse_flags(format, &c);
     if (**format == '*') {
-        c.width = va_arg(a->list, int);
+        c.width = (int)arguments_u32(a);
         (*format)++;
         if (c.width < 0)
             c.left = true, c.width = c.width == INT32_MIN ? 0 : -c.width;
@@ -320,7 +322,7 @@ static bool conversion_step(struct sink *sink, const uint16_t **format, struct a
         (*format)++;
         c.has_precision = true;
         if (**format == '*') {
-            c.precision = va_arg(a->list, int);
+            c.precision = (int)arguments_u32(a);
             (*format)++;
             c.has_precision = c.precision >= 0;
         } else {
@@ -335,21 +337,19 @@ static bool conversion_step(struct sink *sink, const uint16_t **format, struct a
     return true;
 }
 
-int text16_vformat(uint16_t *out, size_t capacity, const uint16_t *format, va_list list)
+int text16_vformat(uint16_t *out, size_t capacity, const uint16_t *format,
+                   struct arguments *arguments)
 {
     struct sink sink = { out, capacity, 0, false };
-    struct arguments arguments;
     bool good = true;
-    va_copy(arguments.list, list);
     while (*format != 0 && good && !sink.cut) {
         if (*format != '%') {
             put(&sink, *format++);
             continue;
         }
         format++;
-        good = conversion_step(&sink, &format, &arguments);
+        good = conversion_step(&sink, &format, arguments);
     }
-    va_end(arguments.list);
     if (capacity > 0)
         out[sink.used] = 0;
     return good && !sink.cut && capacity > 0 ? (int)sink.used : -1;
@@ -357,9 +357,11 @@ int text16_vformat(uint16_t *out, size_t capacity, const uint16_t *format, va_li
 
 int text16_format(uint16_t *out, size_t capacity, const uint16_t *format, ...)
 {
+    struct arguments arguments;
     va_list list;
     va_start(list, format);
-    int r = text16_vformat(out, capacity, format, list);
+    arguments_from_list(&arguments, list);
+    int r = text16_vformat(out, capacity, format, &arguments);
     va_end(list);
     return r;
 }

@@ -32,6 +32,11 @@ static const struct {
     { STATE_SEEN_X87, UINT64_MAX, MACHINE_ABI_X87_CONTROL },
     { STATE_SEEN_X87TAG, UINT64_MAX, MACHINE_ABI_X87_STACK },
     { STATE_SEEN_FS, UINT64_MAX, MACHINE_ABI_FS },
+    { STATE_SEEN_DI, UINT64_MAX, MACHINE_ABI_RDI },
+    { STATE_SEEN_SI, UINT64_MAX, MACHINE_ABI_RSI },
+    { STATE_SEEN_XMM, UINT64_MAX, MACHINE_ABI_XMM },
+    { STATE_SEEN_GS, UINT64_MAX, MACHINE_ABI_GS },
+    { STATE_SEEN_WINDOWS_X87, UINT64_MAX, MACHINE_ABI_X87_CONTROL },
 };
 
 static unsigned what_was_broken(void)
@@ -69,6 +74,7 @@ static void forget_frames(const struct machine *machine)
 static __attribute__((noinline)) void irregular(const struct machine *machine, uint64_t how,
                                                 struct machine_outcome *outcome)
 {
+    machine_thread_block_restore();
     if (how == LEFT_BROKEN) {
         outcome->kind = MACHINE_RETURNED;
         outcome->abi_broken = what_was_broken();

@@ -71,6 +71,7 @@ void machine_level_set(struct machine *machine, unsigned level)
     machine->level = level;
     machine->stack = machine->levels[level].stack;
     machine_state.stack_top = machine_stack_top(machine, machine->stack);
+    machine_thread_block_update(machine);
 }
 
 void machine_native_interrupt_next(struct machine *machine, uint64_t after, machine_interrupt *hook,

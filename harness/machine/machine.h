@@ -30,6 +30,8 @@
 #include <stdint.h>
 
 #include "image/image.h"
+#include "machine/arguments.h"
+#include "machine/thunks.h"
 #include "machine/trace.h"
 
 #define MACHINE_WHY         512
@@ -105,9 +107,14 @@ enum machine_abi {
     MACHINE_ABI_X87_CONTROL = 1 << 10, /* x87 rounding, precision, exception masks */
     MACHINE_ABI_X87_STACK = 1 << 11,   /* values left in the x87 registers, or MMX without emms;
                                           looked   at only when nothing else is broken */
-    MACHINE_ABI_FS = 1 << 12           /* base of fs: the host's thread pointer */
+    MACHINE_ABI_FS = 1 << 12,          /* base of fs: the host's thread pointer */
+    /* Of the Windows convention only: */
+    MACHINE_ABI_RDI = 1 << 13, /* callee-saved registers */
+    MACHINE_ABI_RSI = 1 << 14,
+    MACHINE_ABI_XMM = 1 << 15, /* one of xmm6 to xmm15 */
+    MACHINE_ABI_GS = 1 << 16   /* base of gs: the thread block */
 };
-#define MACHINE_ABI_BITS 13
+#define MACHINE_ABI_BITS 17
 
 enum machine_access {
     MACHINE_ACCESS_NONE,
@@ -201,14 +208,16 @@ int machine_map_shared(struct machine *machine, const char *name, size_t size, i
  * A function of the host as a pointer that the module can call, whatever its calling convention:
  * the machine reads what the module passes (arguments.h) and brackets the call as
  * machine_service_enter() does. What function returns is what the module gets, in the register of
- * the convention for whole numbers. name lives as long as the machine. At most MACHINE_SERVICES of
- * them; not after machine_seal().
+ * the convention for whole numbers (a pair of them where it has 32 bits). name lives as long as the
+ * machine. At most MACHINE_SERVICES of them (thunks.h); not after machine_seal().
  */
-#define MACHINE_SERVICES 32
-struct arguments;
 typedef int64_t machine_function(void *context, struct arguments *arguments);
 int machine_service(struct machine *machine, const char *name, machine_function *function,
                     void *context, void **pointer, char why[MACHINE_WHY]);
+
+/* In a service: the module address behind the instruction that called it. False when that is none
+ * of the module's. */
+bool machine_service_caller(const struct machine *machine, uint64_t *pc);
 
 /* Arms the traps: from here on, system calls issued by module code are caught (seccomp filter on
  * the instruction pointer's range, plus the sandbox of sandbox.h). Cannot be undone in this
@@ -219,8 +228,9 @@ int machine_seal(struct machine *machine, int evidence_fd, char why[MACHINE_WHY]
 void machine_timing(struct machine *machine, bool on);
 
 /* Calls the exported function with one pointer argument on the module's own stack. Never fails to
- * return. function is an address of the module (image_symbol.vaddr). When the outcome is not
- * MACHINE_RETURNED the host may go on calling, but a service that was cut short is not resumed. */
+ * return. function is an address of the module (image_symbol.vaddr), on Arm with bit 0 set when it
+ * is Thumb code. When the outcome is not MACHINE_RETURNED the host may go on calling, but a service
+ * that was cut short is not resumed. */
 void machine_call(struct machine *machine, uint64_t function, void *argument,
                   struct machine_outcome *outcome);
 
@@ -272,9 +282,8 @@ void *machine_address(const struct machine *machine, uint64_t vaddr);
 bool machine_vaddr(const struct machine *machine, const void *address, uint64_t *vaddr);
 
 /*
- * Host services (functions that the module calls through PLC_DATA) bracket themselves with these,
- * so that a bad pointer or an endless loop inside them is charged to the module's call:
- *   machine_service_enter(m, "pswprintf", __builtin_return_address(0)); ...
+ * What machine_service() puts around a service; for functions of the host that are called in
+ * another way: machine_service_enter(m, "pswprintf", __builtin_return_address(0)); ...
  * machine_service_leave(m); leave does not return when the call has been declared hung meanwhile.
  * Services may use one another: the outermost one is charged.
  */
