@@ -2,7 +2,7 @@
 #include "conformance/suite.h"
 
 static const struct suite suites[] = {
-    { .name = "cert-1", .seed = 0x6365727431 },
+    { .name = "cert-1", .seed = 0x6365727431, .instrumented = true },
 };
 
 const struct suite *suite_at(size_t index)
@@ -18,6 +18,7 @@ const struct suite *suite_latest(void)
 void suite_apply(const struct suite *suite, struct check_options *options)
 {
     options->seed = suite->seed;
+    options->instrumented = suite->instrumented;
     options->cycles = 0;
     options->rules = NULL;
     options->around = NULL;
