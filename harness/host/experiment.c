@@ -186,6 +186,10 @@ static bool is_instrumented(const struct experiment *experiment, const struct im
     char why[MACHINE_WHY];
     return experiment->instrumented || experiment->traced ||
            machine_fits(image, MACHINE_NATIVE, why) != 0;
+static bool is_instrumented(const struct experiment *experiment, const struct image *image)
+{
+    char why[MACHINE_WHY];
+    return experiment->instrumented || machine_fits(image, MACHINE_NATIVE, why) != 0;
 }
 
 static int prepare(const struct experiment *experiment, struct host_config *around,
@@ -194,6 +198,7 @@ static int prepare(const struct experiment *experiment, struct host_config *arou
 {
     evidence->instrumented = is_instrumented(experiment, image);
     struct machine_config config = {
+    const struct machine_config config = {
         .seed = around->seed,
         .kind = evidence->instrumented ? MACHINE_INSTRUMENTED : MACHINE_NATIVE,
         .places = experiment->places,
@@ -379,6 +384,7 @@ int experiment_run(const struct experiment *experiment, const struct image *imag
                                                        ? experiment->host.cycle_us * UINT64_C(2000)
                                                        : UINT64_C(2000000)),
         .memory_bytes = is_instrumented(experiment, image) ? EMULATOR_BYTES : 0,
+        .memory_bytes = is_instrumented(experiment, image) ? MACHINE_INSTRUMENTED_MEMORY : 0,
     };
     r = worker_run(body, job, shared, &limits, progress != NULL || bulk ? relay : NULL, forward,
                    bulk, &result->worker);

@@ -57,6 +57,36 @@ static bool open_one(size_t *handle, cs_arch arch, cs_mode mode)
     return cs_option(opened, CS_OPT_DETAIL, CS_OPT_ON) == CS_ERR_OK;
 }
 
+void code_stepper_close(struct code_stepper *stepper)
+{
+    csh handles[] = { stepper->handle, stepper->thumb_handle };
+
+    if (stepper->scratch != NULL)
+        cs_free(stepper->scratch, 1);
+    for (size_t i = 0; i < COUNT(handles); i++)
+        if (handles[i] != 0)
+            cs_close(&handles[i]);
+    *stepper = (struct code_stepper){ .target = stepper->target };
+}
+
+static bool decode(struct code_stepper *stepper, const uint8_t *bytes, size_t size,
+                   uint64_t address, bool thumb)
+{
+    return cs_disasm_iter(thumb ? stepper->thumb_handle : stepper->handle, &bytes, &size, &address,
+                          stepper->scratch);
+}
+
+/* Capstone sorts a table at its first instruction, and asks how much memory there is for that:
+ * later there may be nobody to ask. */
+static void warm_up(struct code_stepper *stepper)
+{
+    static const uint8_t any[] = { 0x50, 0x90, 0x90, 0x90 };
+
+    decode(stepper, any, sizeof any, 0, false);
+    if (stepper->thumb_handle != 0)
+        decode(stepper, any, sizeof any, 0, true);
+}
+
 bool code_stepper_open(struct code_stepper *stepper, enum image_target target)
 {
     bool opened = false;
@@ -71,22 +101,12 @@ bool code_stepper_open(struct code_stepper *stepper, enum image_target target)
         opened = open_one(&stepper->handle, CS_ARCH_X86, CS_MODE_32);
     if (opened)
         stepper->scratch = cs_malloc(stepper->handle);
-    if (stepper->scratch != NULL)
+    if (stepper->scratch != NULL) {
+        warm_up(stepper);
         return true;
+    }
     code_stepper_close(stepper);
     return false;
-}
-
-void code_stepper_close(struct code_stepper *stepper)
-{
-    csh handles[] = { stepper->handle, stepper->thumb_handle };
-
-    if (stepper->scratch != NULL)
-        cs_free(stepper->scratch, 1);
-    for (size_t i = 0; i < COUNT(handles); i++)
-        if (handles[i] != 0)
-            cs_close(&handles[i]);
-    *stepper = (struct code_stepper){ .target = stepper->target };
 }
 
 static enum code_step_kind listed(const struct listed *list, size_t count, unsigned id)
@@ -165,13 +185,6 @@ static unsigned it_covers(const cs_insn *insn)
     const unsigned mask = insn->bytes[0] & 15u;
 
     return mask & 1u ? 4 : mask & 2u ? 3 : mask & 4u ? 2 : 1;
-}
-
-static bool decode(struct code_stepper *stepper, const uint8_t *bytes, size_t size,
-                   uint64_t address, bool thumb)
-{
-    return cs_disasm_iter(thumb ? stepper->thumb_handle : stepper->handle, &bytes, &size, &address,
-                          stepper->scratch);
 }
 
 void code_step_read(struct code_stepper *stepper, const uint8_t *bytes, size_t size,

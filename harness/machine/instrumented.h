@@ -23,6 +23,8 @@
 #include "machine/arguments.h"
 #include "machine/machine_private.h"
 
+#define EMULATOR_SIGNALS 6
+
 /* Why the emulation stopped. */
 enum emulator_stop {
     EMULATOR_RUNNING,
@@ -40,7 +42,8 @@ struct emulator;
 
 /* What differs by processor and calling convention. */
 struct emulator_cpu {
-    int arch, mode; /* Unicorn's */
+    uc_arch arch;
+    uc_mode mode;
     int pc, sp;
     unsigned word;
     unsigned slot;       /* bytes from one entry of the services' page to the next */
@@ -128,7 +131,7 @@ struct emulator {
     sigjmp_buf escape;
     volatile int escaped_signal;
     volatile uint64_t escaped_address, escaped_error, escaped_ip;
-    struct sigaction borrowed[3];
+    struct sigaction borrowed[EMULATOR_SIGNALS];
     bool handling;
 
     struct emulator_memory memories[MAX_REGIONS];
