@@ -96,6 +96,8 @@ HOST_SRC := realtime.c shm.c product.c schedule.c extent.c servo_wire.c \
     audit.c \
     config.c config_keys.c config_check.c \
     digest.c \
+    evidence_file.c \
+    evidence_rows.c \
     catalogue.c text16.c evidence.c plant.c host_select.c osc.c experiment.c \
     profile_shape.c \
     profile_motion.c \
@@ -167,6 +169,8 @@ CLI_SRC := main.c options.c output.c check.c run.c inspect.c inspect_text.c insp
     record.c \
     reports.c \
     machine.c \
+    machine.c \
+    reports.c \
     scenario.c \
     device.c \
     eeprom.c \
