@@ -169,8 +169,6 @@ CLI_SRC := main.c options.c output.c check.c run.c inspect.c inspect_text.c insp
     record.c \
     reports.c \
     machine.c \
-    machine.c \
-    reports.c \
     scenario.c \
     device.c \
     eeprom.c \
