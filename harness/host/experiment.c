@@ -205,6 +205,8 @@ static int prepare(const struct experiment *experiment, struct host_config *arou
     if (r != 0)
         return r;
     evidence->stage = EVIDENCE_LOADED;
+    if (around->preempt.mode == PREEMPT_TRIED && around->preempt.at == 0)
+        around->preempt.at = experiment->cycles;
     if (experiment->real_clock)
         r = realtime_open(&around->real, *machine, around->cycle_us, &evidence->clock,
                           evidence->trouble);
