@@ -166,10 +166,14 @@ CLI_SRC := main.c options.c output.c check.c run.c inspect.c inspect_text.c insp
     clock.c \
     config.c \
     configuration.c \
+    certify.c \
+    keygen.c \
+    program.c \
+    verify.c \
     capture.c bus.c plot.c scope.c \
     record.c \
-    machine.c \
     reports.c \
+    machine.c \
     scenario.c \
     device.c \
     eeprom.c \
@@ -193,11 +197,16 @@ CONFORMANCE_SRC := profile.c rules.c findings.c incidents.c rules_file.c rules_s
     archive_save.c \
     waivers.c \
     cases.c \
+    certificate.c \
     chronicle.c \
     chronicle_plot.c \
+    envelope.c \
+    keys.c \
     judge.c \
     plan.c \
+    rule_book.c \
     runs.c \
+    suite.c \
     check.c
 SOEM_SRC := ethercatbase.c ethercatcoe.c ethercatconfig.c ethercatdc.c ethercatmain.c ethercatprint.c ethercatsoe.c
 
@@ -262,6 +271,7 @@ FUZZERS := fuzz_image fuzz_text \
     fuzz_code \
     fuzz_scenario \
     fuzz_device \
+    fuzz_certificate \
     fuzz_config \
     fuzz_text16 \
     fuzz_path
@@ -393,6 +403,11 @@ $(BUILD)/fuzz/fuzz_config: tests/fuzz_config.c $(addprefix harness/host/,config.
 	@mkdir -p $(@D)
 	@echo "  FUZZ   $@"
 	$(Q)$(FUZZ_CC) -o $@ $(filter %.c,$^) -linih
+
+$(BUILD)/fuzz/fuzz_certificate: tests/fuzz_certificate.c $(addprefix conformance/,certificate.c envelope.c keys.c) harness/report/report.c | $(BUILD)/.deps-test
+	@mkdir -p $(@D)
+	@echo "  FUZZ   $@"
+	$(Q)$(FUZZ_CC) -o $@ $(filter %.c,$^) -ljansson -lsodium
 
 $(BUILD)/fuzz/fuzz_text16: tests/fuzz_text16.c harness/host/text16.c harness/machine/arguments.c | $(BUILD)/.deps-test
 	@mkdir -p $(@D)

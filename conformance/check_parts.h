@@ -6,6 +6,7 @@
 #include "conformance/budgets.h"
 #include "conformance/check.h"
 #include "conformance/chronicle.h"
+#include "conformance/rule_book.h"
 
 struct check {
     struct image *image;
@@ -23,6 +24,7 @@ struct check {
     char hash[65];           /* of the manifest of the evidence; "" when none was saved */
     char today[16];
     char title[96];
+    char rule_book[RULE_BOOK_HASH];
     char cannot_run[FINDING_TEXT];
 };
 

@@ -25,10 +25,11 @@ $(foreach suffix,c cpp S,$(foreach ending,.tgm .tgm.bin,$(eval $(call fixture_ru
 # Each test program: its own source and what of the rooms it needs (all of them: they are small).
 UNIT_TESTS := test_osc test_text16 test_catalogue test_fixtures \
     test_scenario \
-    test_audit \
-    test_budgets \
+    test_certificate \
     test_chronicle \
     test_report \
+    test_audit \
+    test_budgets \
     test_profile \
     test_curves \
     test_schedule \

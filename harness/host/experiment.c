@@ -14,8 +14,6 @@
 /* Rows and frames travel in blocks, so that a cycle costs no system call. */
 #define BLOCK_BYTES 32768
 
-/* Address space that an emulated CPU reserves for what it translates, and some to work in. */
-
 #define EMPTY_LOOP_NS UINT64_C(1000000000)
 
 _Static_assert(PCAP_BUFFER <= BLOCK_BYTES, "what a capture hands over fits a block");
