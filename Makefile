@@ -49,6 +49,8 @@ MACHINE_SRC := load.c poison.c regions.c call.c fault.c attribute.c watchdog.c s
     arguments.c \
     serve.c \
     reload.c \
+    rehearse.c \
+    operands.c \
     machine.c \
     instrumented.c \
     instrumented_call.c \
@@ -124,6 +126,9 @@ LAYOUT_SRC := measure.c \
     digest_take.c \
     plc.c \
     preempt.c \
+    races.c \
+    races_judge.c \
+    races_state.c \
     rewind.c \
     host.c host_rows.c memories.c services.c timers.c servo.c dio.c \
     motion.c \
@@ -161,35 +166,47 @@ CLI_SRC := main.c options.c output.c check.c run.c inspect.c inspect_text.c insp
     clock.c \
     config.c \
     configuration.c \
+    certify.c \
+    keygen.c \
+    program.c \
+    verify.c \
     capture.c bus.c plot.c scope.c \
     record.c \
-    machine.c \
     reports.c \
+    machine.c \
     scenario.c \
     device.c \
     eeprom.c \
     path.c
 CONFORMANCE_SRC := profile.c rules.c findings.c incidents.c rules_file.c rules_start.c rules_cycle.c \
+    rules_cycle_calls.c \
+    rules_cycle_motion.c \
+    rules_cycle_access.c \
+    budgets.c \
+    rules_same.c \
     rules_file_code.c \
     rules_file_exports.c \
     rules_file_load.c \
     rules_file_memory.c \
     rules_file_names.c \
     rules_file_runtime.c \
-    rules_cycle_calls.c \
-    rules_cycle_motion.c \
-    rules_same.c \
     rules_machine.c \
+    rules_preempted.c \
     again.c \
     archive_open.c \
     archive_save.c \
     waivers.c \
     cases.c \
+    certificate.c \
     chronicle.c \
     chronicle_plot.c \
+    envelope.c \
+    keys.c \
     judge.c \
     plan.c \
+    rule_book.c \
     runs.c \
+    suite.c \
     check.c
 SOEM_SRC := ethercatbase.c ethercatcoe.c ethercatconfig.c ethercatdc.c ethercatmain.c ethercatprint.c ethercatsoe.c
 
@@ -254,6 +271,7 @@ FUZZERS := fuzz_image fuzz_text \
     fuzz_code \
     fuzz_scenario \
     fuzz_device \
+    fuzz_certificate \
     fuzz_config \
     fuzz_text16 \
     fuzz_path
@@ -385,6 +403,11 @@ $(BUILD)/fuzz/fuzz_config: tests/fuzz_config.c $(addprefix harness/host/,config.
 	@mkdir -p $(@D)
 	@echo "  FUZZ   $@"
 	$(Q)$(FUZZ_CC) -o $@ $(filter %.c,$^) -linih
+
+$(BUILD)/fuzz/fuzz_certificate: tests/fuzz_certificate.c $(addprefix conformance/,certificate.c envelope.c keys.c) harness/report/report.c | $(BUILD)/.deps-test
+	@mkdir -p $(@D)
+	@echo "  FUZZ   $@"
+	$(Q)$(FUZZ_CC) -o $@ $(filter %.c,$^) -ljansson -lsodium
 
 $(BUILD)/fuzz/fuzz_text16: tests/fuzz_text16.c harness/host/text16.c harness/machine/arguments.c | $(BUILD)/.deps-test
 	@mkdir -p $(@D)

@@ -25,8 +25,11 @@ $(foreach suffix,c cpp S,$(foreach ending,.tgm .tgm.bin,$(eval $(call fixture_ru
 # Each test program: its own source and what of the rooms it needs (all of them: they are small).
 UNIT_TESTS := test_osc test_text16 test_catalogue test_fixtures \
     test_scenario \
+    test_certificate \
     test_chronicle \
     test_report \
+    test_audit \
+    test_budgets \
     test_profile \
     test_curves \
     test_schedule \
@@ -42,6 +45,7 @@ IMAGE_TESTS := test_image test_image_real test_image_bad test_image_damage test_
 MACHINE_TESTS := test_machine test_machine_call test_machine_load test_machine_seal test_worker \
     test_machine_stack \
     test_machine_preempt \
+    test_machine_rehearse \
     test_machine_windows \
     test_instrumented \
     test_instrumented_targets \
@@ -170,11 +174,13 @@ HOST_TESTS := test_scope test_host \
     test_scenario_host \
     test_plc \
     test_preempt \
+    test_races \
     test_motion \
     test_gear \
     test_interpolator
 HOST_TESTS += test_services
 HOST_TESTS += test_digest
+HOST_TESTS += test_watch
 HOST_TESTS += test_can
 HOST_TESTS += test_eeprom
 HOST_TESTS += test_targets
