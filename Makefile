@@ -56,6 +56,7 @@ MACHINE_SRC := load.c poison.c regions.c call.c fault.c attribute.c watchdog.c s
     instrumented_call.c \
     instrumented_fault.c \
     instrumented_hooks.c \
+    instrumented_rehearse.c \
     cpu_x86.c \
     cpu_arm.c \
     native.c \

@@ -220,7 +220,8 @@ static int instrumented_open(struct machine *machine, const struct image *image,
     emulator->base = (uint64_t)machine->hull;
     emulator->kinds = calloc(span, 1);
     emulator->covered = calloc(span / 8, 1);
-    if (emulator->kinds == NULL || emulator->covered == NULL)
+    emulator->rehearsed = malloc(machine->stack_size);
+    if (emulator->kinds == NULL || emulator->covered == NULL || emulator->rehearsed == NULL)
         return machine_fail(why, -ENOMEM, "no memory for the emulator");
     error = open_cpu(emulator, image, why);
     if (error == 0)
@@ -260,6 +261,7 @@ static void instrumented_close(struct machine *machine)
     machine_release(&emulator->services);
     free(emulator->kinds);
     free(emulator->covered);
+    free(emulator->rehearsed);
     free(emulator);
     machine->emulator = NULL;
 }
@@ -380,6 +382,8 @@ const struct machine_ops machine_instrumented = {
     .reloaded = instrumented_reloaded,
     .interrupt_next = instrumented_interrupt_next,
     .instructions = instrumented_instructions,
+    .rehearse = emulator_rehearse,
+    .next_operands = emulator_next_operands,
     .alarm_open = instrumented_alarm_open,
     .alarm_at = instrumented_alarm_at,
     .stack_used = instrumented_stack_used,

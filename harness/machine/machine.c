@@ -4,6 +4,7 @@
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <sys/mman.h>
 #include <unistd.h>
 
 #include "machine/machine_private.h"
@@ -178,6 +179,47 @@ void machine_interrupt_next(struct machine *machine, uint64_t after, machine_int
 uint64_t machine_instructions(const struct machine *machine)
 {
     return machine->ops->instructions(machine);
+}
+
+bool machine_rehearses(const struct machine *machine)
+{
+    return machine->ops->rehearse != NULL && machine->config.interruptible;
+}
+
+void machine_rehearse(struct machine *machine, struct machine_outcome *outcome)
+{
+    machine->ops->rehearse(machine, outcome);
+}
+
+unsigned machine_next_operands(struct machine *machine,
+                               struct machine_operand operands[MACHINE_OPERANDS])
+{
+    return machine->ops->next_operands(machine, operands);
+}
+
+uint64_t machine_services(const struct machine *machine)
+{
+    return machine->served;
+}
+
+bool machine_own_data(const struct machine *machine, unsigned index, void **at, size_t *size)
+{
+    size_t count = (machine->span_end - machine->span_begin) / PAGE;
+
+    for (size_t page = 0; page < count; page++) {
+        size_t end = page;
+
+        while (end < count && (machine->page_access[end] & PROT_WRITE))
+            end++;
+        if (end == page || index-- > 0) {
+            page = end;
+            continue;
+        }
+        *at = machine->hull + page * PAGE;
+        *size = (end - page) * PAGE;
+        return true;
+    }
+    return false;
 }
 
 int machine_alarm_open(struct machine *machine, char why[MACHINE_WHY])

@@ -107,6 +107,9 @@ struct machine_ops {
     void (*interrupt_next)(struct machine *machine, uint64_t after, machine_interrupt *hook,
                            void *argument);
     uint64_t (*instructions)(const struct machine *machine);
+    void (*rehearse)(struct machine *machine, struct machine_outcome *outcome);
+    unsigned (*next_operands)(struct machine *machine,
+                              struct machine_operand operands[MACHINE_OPERANDS]);
     int (*alarm_open)(struct machine *machine, char why[MACHINE_WHY]);
     void (*alarm_at)(struct machine *machine, uint64_t monotonic_ns);
     size_t (*stack_used)(const struct machine *machine);
@@ -357,7 +360,12 @@ void machine_level_begin(struct machine *machine);
 void machine_level_end(struct machine *machine);
 /* Host services are not stepped: off on the way in, on again, if wanted, on the way out. */
 void machine_service_steps(struct machine *machine, bool on);
+/* rehearse.c */
+void machine_native_rehearse(struct machine *machine, struct machine_outcome *outcome);
+
 /* operands.c */
+unsigned machine_native_next_operands(struct machine *machine,
+                                      struct machine_operand operands[MACHINE_OPERANDS]);
 void machine_operands_close(struct machine *machine);
 /* In the signal handler. True when the signal was about interrupts and has been dealt with. */
 bool machine_interrupt_signal(struct machine *machine, int sig, ucontext_t *context);

@@ -90,8 +90,8 @@ void machine_operands_close(struct machine *machine)
     machine->decoded = NULL;
 }
 
-unsigned machine_next_operands(struct machine *machine,
-                               struct machine_operand operands[MACHINE_OPERANDS])
+unsigned machine_native_next_operands(struct machine *machine,
+                                      struct machine_operand operands[MACHINE_OPERANDS])
 {
     const struct machine_level *level = &machine->levels[machine->level - 1];
     uint64_t ip = (uint64_t)level->registers[REG_RIP];

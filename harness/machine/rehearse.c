@@ -25,7 +25,7 @@ static uint8_t *used_stack(const struct machine *machine, const struct machine_l
     return (uint8_t *)sp;
 }
 
-void machine_rehearse(struct machine *machine, struct machine_outcome *outcome)
+void machine_native_rehearse(struct machine *machine, struct machine_outcome *outcome)
 {
     struct machine_level *level = &machine->levels[machine->level - 1];
     const struct machine_level kept = *level;
@@ -54,34 +54,4 @@ void machine_rehearse(struct machine *machine, struct machine_outcome *outcome)
     serial = machine_state.serial;
     machine_state = outer;
     machine_state.serial = serial + 1;
-}
-
-bool machine_rehearses(const struct machine *machine)
-{
-    return machine->ops == &machine_native && machine->config.interruptible;
-}
-
-uint64_t machine_services(const struct machine *machine)
-{
-    return machine->served;
-}
-
-bool machine_own_data(const struct machine *machine, unsigned index, void **at, size_t *size)
-{
-    size_t count = (machine->span_end - machine->span_begin) / PAGE;
-
-    for (size_t page = 0; page < count; page++) {
-        size_t end = page;
-
-        while (end < count && (machine->page_access[end] & PROT_WRITE))
-            end++;
-        if (end == page || index-- > 0) {
-            page = end;
-            continue;
-        }
-        *at = machine->hull + page * PAGE;
-        *size = (end - page) * PAGE;
-        return true;
-    }
-    return false;
 }
