@@ -260,9 +260,10 @@ test: | $(BUILD)/.deps-test ## every test; under 10 minutes on two cores
 	$(Q)MAKE=$(MAKE) tests/run.sh
 
 .PHONY: bench
-bench: $(BUILD)/tgm $(BUILD)/test/bench $(BUILD)/test/bench_bus template-linked ## figures of one run, on this machine
+bench: $(BUILD)/tgm $(BUILD)/test/bench $(BUILD)/test/bench_bus $(BUILD)/test/bench_machine template-linked ## figures of one run, on this machine
 	$(Q)$(BUILD)/test/bench $(BUILD)/template/shuttle.tgm
 	$(Q)$(BUILD)/test/bench_bus
+	$(Q)$(BUILD)/test/bench_machine
 
 FUZZ_SECONDS ?= 300
 FUZZERS := fuzz_image fuzz_text \

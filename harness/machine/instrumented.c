@@ -69,12 +69,10 @@ static void on_signal(int sig, siginfo_t *info, void *context)
                      (((uint64_t)registers[REG_RSP] - 256) & ~(uint64_t)15) - 8);
 }
 
-static int install_handlers(struct emulator *emulator, char why[MACHINE_WHY])
+static void install_handlers(struct emulator *emulator)
 {
     struct sigaction action;
 
-    if (handled != NULL)
-        return machine_fail(why, -EBUSY, "this process has an instrumented machine already");
     memset(&action, 0, sizeof action);
     action.sa_sigaction = on_signal;
     action.sa_flags = SA_SIGINFO;
@@ -83,7 +81,6 @@ static int install_handlers(struct emulator *emulator, char why[MACHINE_WHY])
         sigaction(guarded[i], &action, &emulator->borrowed[i]);
     emulator->handling = true;
     handled = emulator;
-    return 0;
 }
 
 static void remove_handlers(struct emulator *emulator)
@@ -234,10 +231,9 @@ static int instrumented_open(struct machine *machine, const struct image *image,
         error = open_thread(emulator, why);
     if (error == 0)
         error = emulator_hooks(emulator, why);
-    if (error == 0)
-        error = install_handlers(emulator, why);
     if (error != 0)
         return error;
+    install_handlers(emulator);
     emulator->cpu->fresh(emulator);
     uc_context_save(emulator->uc, emulator->fresh);
     return 0;

@@ -83,6 +83,9 @@ static const struct machine_ops *const kinds[] = {
     [MACHINE_INSTRUMENTED] = &machine_instrumented,
 };
 
+/* Of whichever kind: the signal handlers are one's. */
+static const struct machine *loaded;
+
 static void settle_config(struct machine *machine, const struct machine_config *given)
 {
     struct machine_config *config = &machine->config;
@@ -107,11 +110,14 @@ int machine_load(struct machine **out, const struct image *image,
     error = machine_fits(image, config->kind, why);
     if (error == 0)
         error = check_span(image, why);
+    if (error == 0 && loaded != NULL)
+        error = machine_fail(why, -EBUSY, "this process has loaded a module already");
     if (error != 0)
         return error;
     machine = calloc(1, sizeof *machine);
     if (machine == NULL)
         return machine_fail(why, -ENOMEM, "no memory");
+    loaded = machine;
     machine->ops = kinds[config->kind];
     machine->convention = arguments_convention_of(image);
     machine->pointer_size = targets[target_of(image)].pointer_size;
@@ -142,6 +148,7 @@ void machine_unload(struct machine *machine)
     machine_release(&machine->copy);
     free(machine->page_access);
     free(machine);
+    loaded = NULL;
 }
 
 unsigned machine_pointer_size(const struct machine *machine)

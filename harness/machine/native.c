@@ -15,8 +15,6 @@ static int check_process(char why[MACHINE_WHY])
 {
     int persona = personality(0xffffffff);
 
-    if (machine_incident.machine != NULL)
-        return machine_fail(why, -EBUSY, "this process has loaded a module already");
     if (persona != -1 && (persona & READ_IMPLIES_EXEC))
         return machine_fail(why, -ENOTSUP, "the process runs with READ_IMPLIES_EXEC");
     return 0;
