@@ -191,8 +191,8 @@ static struct place place_of(const struct audit *audit, const struct trace_acces
         return place;
     }
     const struct audit_memory *memory = &audit->memories[access->region];
-    if (memory->line != NULL && access->offset < memory->bytes) {
-        place.line = memory->line[access->offset % memory->stride];
+    if (memory->line != NULL && access->offset >= 0 && (uint64_t)access->offset < memory->bytes) {
+        place.line = memory->line[(uint64_t)access->offset % memory->stride];
         place.classes = memory->classes[place.line];
     }
     return place;
