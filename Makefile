@@ -30,6 +30,7 @@ IMAGE_SRC := image.c image_sort.c image_text.c elf.c elf_kinds.c elf_header.c el
     image_child.c \
     pe_unwind.c \
     code.c \
+    code_step.c \
     code_arm.c \
     code_map.c \
     code_x86.c \
@@ -48,7 +49,15 @@ MACHINE_SRC := load.c poison.c regions.c call.c fault.c attribute.c watchdog.c s
     arguments.c \
     serve.c \
     reload.c \
+    rehearse.c \
+    operands.c \
     machine.c \
+    instrumented.c \
+    instrumented_call.c \
+    instrumented_fault.c \
+    instrumented_hooks.c \
+    cpu_x86.c \
+    cpu_arm.c \
     native.c \
     thread_block.c
 BUS_SRC := client.c client_cycle.c client_jobs.c client_map.c client_watch.c client_rewind.c fiber.c segment.c slave.c registers.c sii.c syncman.c fmmu.c al.c dc.c \
@@ -86,8 +95,11 @@ BUS_SRC := client.c client_cycle.c client_jobs.c client_map.c client_watch.c cli
 TERMINALS := $(wildcard harness/bus/terminals/*.device)
 HOST_SRC := realtime.c shm.c product.c schedule.c extent.c servo_wire.c \
     servo_select.c \
+    audit.c \
     config.c config_keys.c config_check.c \
     digest.c \
+    evidence_file.c \
+    evidence_rows.c \
     catalogue.c text16.c evidence.c plant.c host_select.c osc.c experiment.c \
     profile_shape.c \
     profile_motion.c \
@@ -109,9 +121,13 @@ HOST_SRC := realtime.c shm.c product.c schedule.c extent.c servo_wire.c \
     interp_file.c
 # What touches registers: once for each layout of the shared memories.
 LAYOUT_SRC := measure.c \
+    watch.c \
     digest_take.c \
     plc.c \
     preempt.c \
+    races.c \
+    races_judge.c \
+    races_state.c \
     rewind.c \
     host.c host_rows.c memories.c services.c timers.c servo.c dio.c \
     motion.c \
@@ -146,6 +162,11 @@ CLI_SRC := main.c options.c output.c check.c run.c inspect.c inspect_text.c insp
     eeprom.c \
     path.c
 CONFORMANCE_SRC := profile.c rules.c findings.c incidents.c rules_file.c rules_start.c rules_cycle.c \
+    rules_cycle_calls.c \
+    rules_cycle_motion.c \
+    rules_cycle_access.c \
+    budgets.c \
+    rules_same.c \
     rules_file_code.c \
     rules_file_exports.c \
     rules_file_load.c \

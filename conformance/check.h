@@ -44,6 +44,8 @@ struct check_options {
 
 /* Machine time over which runs are compared with one another, in ms. */
 #define CHECK_DIGEST_MS 2000
+/* Of each run in which every access is seen. */
+#define CHECK_TRACED_MS 2000
 
 struct check; /* owns everything the report points to */
 

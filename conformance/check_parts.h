@@ -3,6 +3,7 @@
 #ifndef CONFORMANCE_CHECK_PARTS_H
 #define CONFORMANCE_CHECK_PARTS_H
 
+#include "conformance/budgets.h"
 #include "conformance/check.h"
 
 struct check {
@@ -14,6 +15,7 @@ struct check {
     struct group_report groups[GROUP_COUNT];
     struct case_run *runs; /* by enum experiment_id */
     struct case_scenario *scenarios;
+    struct budget_report budgets[BUDGETS_MOST];
     char title[96];
     char cannot_run[FINDING_TEXT];
 };

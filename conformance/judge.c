@@ -44,6 +44,8 @@ void check_judge(struct check *check, const struct check_options *options)
         .scenario_count = options->scenario_count,
         .cannot_run = check->cannot_run,
     };
+    report->budgets = check->budgets;
+    report->budget_count = budgets_report(&file, check->budgets);
     for (size_t i = 0; i < report->rule_count; i++) {
         judge_rule(check, options, &file, i);
         const enum rule_outcome outcome = check->rules[i].outcome;

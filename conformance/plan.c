@@ -20,10 +20,13 @@ static void read_rows(const struct product *product, struct planned plan[EXPERIM
  * one has it. */
 static void one_cycle_only(struct planned *planned, int id)
 {
-    if (id == EXPERIMENT_CYCLE_250 || id == EXPERIMENT_CYCLE_1000)
+    if (id == EXPERIMENT_CYCLE_250 || id == EXPERIMENT_CYCLE_1000 || id == EXPERIMENT_TRACED_250 ||
+        id == EXPERIMENT_TRACED_1000)
         planned->inapplicable = true;
     if (id == EXPERIMENT_CYCLE_500)
         planned->experiment.name = "cycle";
+    if (id == EXPERIMENT_TRACED_500)
+        planned->experiment.name = "traced";
 }
 
 static uint64_t cycles_of(const struct check_options *options, const struct experiment_row *row,
@@ -33,7 +36,10 @@ static uint64_t cycles_of(const struct check_options *options, const struct expe
         row->milliseconds != 0 ? row->milliseconds : CHECK_SECONDS * UINT32_C(1000);
     if (row->cycle_us == 0)
         return 0;
-    return options->cycles != 0 ? options->cycles : milliseconds * UINT64_C(1000) / cycle_us;
+    const uint64_t least = row->least_ms * UINT64_C(1000) / cycle_us;
+    const uint64_t wanted =
+        options->cycles != 0 ? options->cycles : milliseconds * UINT64_C(1000) / cycle_us;
+    return wanted > least ? wanted : least;
 }
 
 /* Runs of different length are compared as far as each of them goes. */
@@ -65,6 +71,7 @@ static void plan_one(const struct check_options *options, const struct product *
     e->poison = row->poison;
     e->places = row->places;
     e->instrumented = row->instrumented;
+    e->traced = row->traced;
     if (row->data_bytes != 0)
         e->host.data_bytes = row->data_bytes;
     e->host.counters = row->counters;

@@ -29,6 +29,7 @@ struct experiment_row {
     const char *name;
     uint32_t cycle_us;     /* 0: only Program_Ini is called, no bus is made */
     uint32_t milliseconds; /* of machine time; 0: CHECK_SECONDS */
+    uint32_t least_ms;     /* as long as that even where fewer cycles were asked for */
     int generation;        /* the only one that it is for; 0: any */
     struct mutation mutation;
     enum machine_poison poison; /* MACHINE_POISON_NONE: the usual one */
@@ -39,6 +40,7 @@ struct experiment_row {
                             again: globals hold what they held; 0: never */
     bool digest;         /* what it did to the registers is compared with others' */
     bool instrumented;   /* on the instrumented machine */
+    bool traced;         /* there, and every access is written down (host/audit.h) */
     struct host_preempt preempt; /* how Program_01 to 03 are interrupted */
     const char *faults; /* script of what goes wrong on the bus (docs/faults.md); NULL: nothing */
 };

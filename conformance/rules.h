@@ -31,13 +31,19 @@
 #define ON_WRONG_ID (EXPERIMENT_SET(OLDER_ID) | EXPERIMENT_SET(NEWER_ID))
 #define ON_CYCLES                                                                                  \
     (EXPERIMENT_SET(CYCLE_250) | EXPERIMENT_SET(CYCLE_500) | EXPERIMENT_SET(CYCLE_1000))
+#define ON_EVERY_START (ON_START | ON_NULL_DATA | ON_SIZES | ON_NULL_FUNCTIONS | ON_WRONG_ID)
 /* The same run under conditions that must not change what a module does. */
 #define ON_POISON                                                                                  \
-    (EXPERIMENT_SET(CYCLE_500) | EXPERIMENT_SET(POISON_INVERTED) | EXPERIMENT_SET(POISON_ZERO))
+    (EXPERIMENT_SET(CYCLE_500) | EXPERIMENT_SET(REPEATED) | EXPERIMENT_SET(POISON_INVERTED) |      \
+     EXPERIMENT_SET(POISON_ZERO))
 #define ON_REPEATS    (EXPERIMENT_SET(CYCLE_500) | EXPERIMENT_SET(REPEATED) | EXPERIMENT_SET(PLACES))
 #define ON_DATA_SIZES (EXPERIMENT_SET(DATA_LESS) | EXPERIMENT_SET(DATA_MORE))
-#define ON_COUNTERS   EXPERIMENT_SET(COUNTERS)
+#define ON_COUNTERS                                                                                \
+    (EXPERIMENT_SET(COUNTERS) | EXPERIMENT_SET(COUNTERS_ZERO) | EXPERIMENT_SET(COUNTERS_FAR))
 #define ON_RESTART    EXPERIMENT_SET(RESTART)
+#define ON_INI_BODY   EXPERIMENT_SET(TRACED_500)
+#define ON_TRACED                                                                                  \
+    (EXPERIMENT_SET(TRACED_250) | EXPERIMENT_SET(TRACED_500) | EXPERIMENT_SET(TRACED_1000))
 #define ON_GOOD_RUNS  (ON_START | ON_CYCLES)
 #define ON_SCENARIOS  (UINT64_C(1) << 63) /* none of experiments.def: those that the user brings */
 

@@ -7,10 +7,26 @@
 
 #include "conformance/rules.h"
 
-enum incident_class { CLASS_HANG, CLASS_FAULT, CLASS_SYSCALL, CLASS_WRITE };
+enum incident_class { CLASS_HANG, CLASS_FAULT, CLASS_SYSCALL, CLASS_WRITE, CLASS_CODE };
+
+/* The address lies in the module's code. */
+static bool is_code(const struct image *image, const struct machine_fault *fault)
+{
+    if (strcmp(fault->region, "module") != 0 || fault->region_offset < 0)
+        return false;
+    const uint64_t vaddr = image->span_begin + (uint64_t)fault->region_offset;
+    for (size_t i = 0; i < image->segment_count; i++) {
+        const struct image_segment *segment = &image->segments[i];
+        if ((segment->perm & IMAGE_EXEC) && vaddr >= segment->vaddr &&
+            vaddr - segment->vaddr < segment->mem_size)
+            return true;
+    }
+    return false;
+}
 
 /* Each incident belongs to exactly one rule. */
-static enum incident_class class_of(const struct evidence_incident *incident)
+static enum incident_class class_of(const struct image *image,
+                                    const struct evidence_incident *incident)
 {
     switch (incident->kind) {
     case MACHINE_SYSCALL:
@@ -22,6 +38,8 @@ static enum incident_class class_of(const struct evidence_incident *incident)
     }
     const bool write = incident->fault.access == MACHINE_ACCESS_WRITE &&
                        !incident_is_stack_overflow(&incident->fault);
+    if (write && is_code(image, &incident->fault))
+        return CLASS_CODE;
     return write ? CLASS_WRITE : CLASS_FAULT;
 }
 
@@ -69,7 +87,7 @@ static void judge(const struct case_file *file, enum incident_class class,
         }
         const struct evidence *evidence = &file->runs[id].result.evidence;
         for (unsigned i = 0; i < evidence->incident_count; i++)
-            if (class_of(&evidence->incidents[i]) == class)
+            if (class_of(file->image, &evidence->incidents[i]) == class)
                 report_incident(file, (enum experiment_id)id, &evidence->incidents[i], findings);
         report_end(file, (enum experiment_id)id, class, findings);
         case_complete(file, (enum experiment_id)id, findings);
@@ -94,4 +112,29 @@ void check_no_system_call(const struct case_file *file, struct findings *finding
 void check_no_stray_write(const struct case_file *file, struct findings *findings)
 {
     judge(file, CLASS_WRITE, findings);
+}
+
+/* Where code can be written without a fault, in images without protection, it is seen only when
+ * every access is. */
+static void report_code_writes(const struct case_file *file, enum experiment_id id,
+                               struct findings *findings)
+{
+    const struct audit_record *record = &file->runs[id].result.evidence.audit;
+    for (uint32_t i = 0; i < record->access_count; i++) {
+        const struct audit_access *row = &record->accesses[i];
+        if (row->memory != AUDIT_CODE || !row->write)
+            continue;
+        struct finding *finding = finding_add(findings, "%s wrote to the module's own code",
+                                              entry_name((enum entry)row->entry));
+        finding_stamp(finding, case_experiment(file, id), (enum entry)row->entry, row->first_cycle);
+        finding_place(finding, file, row->pc);
+    }
+}
+
+void check_no_code_write(const struct case_file *file, struct findings *findings)
+{
+    judge(file, CLASS_CODE, findings);
+    for (int id = 0; id < EXPERIMENT_COUNT && findings->count == 0; id++)
+        if (experiment_in(ON_TRACED, id) && file->runs[id].ran)
+            report_code_writes(file, (enum experiment_id)id, findings);
 }

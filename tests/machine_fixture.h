@@ -114,11 +114,15 @@ static inline void *map(const struct fixture *fixture, const char *name, size_t 
 static const struct machine_config plain_config = { .seed = 1, .hang_ns = TEST_HANG_NS };
 
 static struct fixture the_fixture;
+static enum machine_kind fixture_kind; /* of the machines that opened() makes */
 
 /* Called by the test itself, not by its set-up: cmocka puts its own signal handlers in between. */
 static inline struct fixture *opened(const char *module)
 {
-    fixture_open(&the_fixture, module, &plain_config);
+    struct machine_config config = plain_config;
+
+    config.kind = fixture_kind;
+    fixture_open(&the_fixture, module, &config);
     return &the_fixture;
 }
 

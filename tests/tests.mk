@@ -25,6 +25,8 @@ $(foreach suffix,c cpp S,$(foreach ending,.tgm .tgm.bin,$(eval $(call fixture_ru
 # Each test program: its own source and what of the rooms it needs (all of them: they are small).
 UNIT_TESTS := test_osc test_text16 test_catalogue test_fixtures \
     test_scenario \
+    test_audit \
+    test_budgets \
     test_profile \
     test_curves \
     test_schedule \
@@ -40,6 +42,7 @@ IMAGE_TESTS := test_image test_image_real test_image_bad test_image_damage test_
 MACHINE_TESTS := test_machine test_machine_call test_machine_load test_machine_seal test_worker \
     test_machine_stack \
     test_machine_preempt \
+    test_machine_rehearse \
     test_machine_windows \
     test_arguments
 BUS_TESTS := test_segment test_slave test_coe test_drive test_bus test_client \
@@ -138,13 +141,16 @@ HOST_TESTS := test_scope test_host \
     test_scenario_host \
     test_plc \
     test_preempt \
+    test_races \
     test_motion \
     test_gear \
     test_interpolator
 HOST_TESTS += test_services
 HOST_TESTS += test_digest
+HOST_TESTS += test_watch
 HOST_TESTS += test_can
 HOST_TESTS += test_eeprom
+HOST_TESTS += test_targets
 host_module_4 := -DTGM_GENERATION=4
 host_module_905 := -DTGM_GENERATION=5 -DTGM_MEMORY_ID=905
 host_module_906 := -DTGM_GENERATION=5 -DTGM_MEMORY_ID=906
@@ -157,6 +163,30 @@ $(HOST_MODULE_DIR)/%_$(1).tgm: tests/host_modules/%.c $(wildcard sdk/include/*.h
 	$$(Q)gcc $$(MODULE_CFLAGS) $$(host_module_$(1)) -fno-builtin -o $$@ $$< sdk/src/mem.c $$(FIXTURE_LDFLAGS) -Wl,-w
 endef
 $(foreach layout,4 905 906 906_text8,$(eval $(call host_module_rule,$(layout))))
+
+# The same for the targets that are not this machine's own.
+TARGET_MODULE_DIR := $(BUILD)/target_modules
+host_module_names := $(basename $(notdir $(wildcard tests/host_modules/*.c)))
+TARGET_MODULES := $(TARGET_MODULE_DIR)/pe32/tells_4_x87.tgm \
+    $(foreach target,pe64 pe32,$(foreach layout,4 905 906,$(patsubst %,$(TARGET_MODULE_DIR)/$(target)/%_$(layout).tgm,$(filter-out five,$(host_module_names))))) \
+    $(patsubst %,$(TARGET_MODULE_DIR)/tgmmini/%_906_text8.tgm,$(filter-out five,$(host_module_names))) \
+    $(patsubst %,$(TARGET_MODULE_DIR)/tgmcontroller/%_906_text8.tgm.bin,$(host_module_names))
+
+define target_module_rule
+$(TARGET_MODULE_DIR)/$(1)/%_$(2).tgm$(3): tests/host_modules/%.c tests/module_target.mk sdk/mk/target-$(1).mk \
+    $(wildcard sdk/include/*.h sdk/include/tgm/*.h) sdk/src/mem.c | $(BUILD)/.deps-test
+	@mkdir -p $$(@D)
+	@echo "  MODULE $$< ($(1) $(2))"
+	$$(Q)$$(MAKE) -s --no-print-directory -f tests/module_target.mk TARGET=$(1) SOURCE=$$< OUT=$$@ FLAGS='$$(host_module_$(2))'
+endef
+host_module_4_x87 := $(host_module_4) -mfpmath=387 -fexcess-precision=fast
+$(eval $(call target_module_rule,pe32,4_x87))
+$(foreach layout,4 905 906,$(foreach target,pe64 pe32,$(eval $(call target_module_rule,$(target),$(layout)))))
+$(eval $(call target_module_rule,tgmmini,906_text8))
+$(eval $(call target_module_rule,tgmcontroller,906_text8,.bin))
+
+$(BUILD)/obj/tests/test_targets.o: ALL_CFLAGS += -DTEST_TARGETS_DIR='"$(TARGET_MODULE_DIR)"'
+$(BUILD)/test/test_targets: | $(TARGET_MODULES)
 
 $(addprefix $(BUILD)/obj/tests/,$(HOST_TESTS:=.o)): ALL_CFLAGS += -DTEST_HOST_MODULES_DIR='"$(HOST_MODULE_DIR)"'
 $(addprefix $(BUILD)/test/,$(HOST_TESTS)): | $(HOST_MODULES)

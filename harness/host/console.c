@@ -90,6 +90,8 @@ static void put(struct host *host, uint32_t id_and_severity, bool of_host, struc
 {
     struct evidence *evidence = host->evidence;
     const uint64_t at = evidence->message_count++;
+    if (!of_host)
+        evidence->audit.functions[evidence->entry].messages++;
     if (at < EVIDENCE_MESSAGES) {
         struct evidence_message *message = &evidence->messages[at];
         message->entry = evidence->entry;

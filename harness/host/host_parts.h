@@ -26,6 +26,7 @@
 #include "host/osc.h"
 #include "host/plc.h"
 #include "host/preempt.h"
+#include "host/races.h"
 #include "host/realtime.h"
 #include "host/scenario_play.h"
 #include "host/schedule.h"
@@ -194,6 +195,7 @@ struct host {
 
     struct plc plc;
     struct preempt preempt;
+    struct races *races;   /* NULL: interrupts are not tried out */
     struct realtime *real; /* NULL: the clock is virtual */
     struct measured measured;
     struct digester *digester; /* NULL: no digest is wanted */
@@ -217,6 +219,7 @@ struct host {
 extern const struct host_part *const host_parts[];
 extern const struct host_part host_scope;
 extern const struct host_part host_scene;
+extern const struct host_part host_watch;
 extern const struct host_part host_timers, host_servo, host_capture, host_motion, host_dio;
 extern const struct host_part host_digest;
 extern const struct host_part host_console, host_statistics, host_eeprom, host_safety, host_general,
@@ -244,6 +247,11 @@ void servo_faultless(struct host *host, struct axis *axis);
 
 /* safety.c: what becomes of the set-point of a servo that runs. */
 double safety_set_point(const struct host *host, struct axis *axis, double wanted);
+
+/* watch.c: around a call of the module; it has called SleepFt. */
+void watch_begin(const struct host *host, enum entry entry);
+void watch_end(const struct host *host, enum entry entry, const struct machine_outcome *outcome);
+void watch_sleep(const struct host *host);
 
 /* statistics.c: a function of the module has been called. */
 void statistics_call(struct host *host, enum entry entry, uint64_t elapsed_ns);

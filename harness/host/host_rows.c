@@ -10,6 +10,7 @@ const struct host_part *const host_parts[] = {
     &host_can,
     &host_safety,
     &host_interpolator, /* its positions are set-points of the servos */
+    &host_watch,        /* what is about to leave */
     &host_servo,
     &host_capture,
     &host_motion,

@@ -75,12 +75,10 @@ static int64_t service_ex(void *context, struct arguments *arguments)
  */
 static int64_t service_sleep(void *context, struct arguments *arguments)
 {
-    struct evidence *evidence = ((struct host *)context)->evidence;
     const volatile unsigned char *pause = arguments_pointer(arguments);
     (void)pause[0];
     (void)pause[sizeof(int64_t) - 1];
-    if (evidence->entry == ENTRY_04 || evidence->entry == ENTRY_05)
-        evidence->sleeps_in_04_05++;
+    watch_sleep(context);
     return 0;
 }
 

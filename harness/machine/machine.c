@@ -30,6 +30,9 @@ static const struct {
 } targets[] = {
     { IMAGE_FORMAT_ELF64, IMAGE_TARGET_X86_64, "ELF64 modules for x86-64", 8, true },
     { IMAGE_FORMAT_PE, IMAGE_TARGET_X86_64, "PE modules for x86-64", 8, true },
+    { IMAGE_FORMAT_PE, IMAGE_TARGET_I386, "PE modules for i386", 4, false },
+    { IMAGE_FORMAT_ELF32, IMAGE_TARGET_ARM, "ELF32 modules for Arm", 4, false },
+    { IMAGE_FORMAT_FLAT, IMAGE_TARGET_ARM, "flat images for Arm", 4, false },
 };
 
 #define TARGETS (sizeof targets / sizeof targets[0])
@@ -76,6 +79,7 @@ static int check_span(const struct image *image, char why[MACHINE_WHY])
 
 static const struct machine_ops *const kinds[] = {
     [MACHINE_NATIVE] = &machine_native,
+    [MACHINE_INSTRUMENTED] = &machine_instrumented,
 };
 
 static void settle_config(struct machine *machine, const struct machine_config *given)

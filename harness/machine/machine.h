@@ -215,6 +215,10 @@ typedef int64_t machine_function(void *context, struct arguments *arguments);
 int machine_service(struct machine *machine, const char *name, machine_function *function,
                     void *context, void **pointer, char why[MACHINE_WHY]);
 
+/* In a service: the module address behind the instruction that called it. False when that is none
+ * of the module's. */
+bool machine_service_caller(const struct machine *machine, uint64_t *pc);
+
 /* Arms the traps: from here on, system calls issued by module code are caught (seccomp filter on
  * the instruction pointer's range, plus the sandbox of sandbox.h). Cannot be undone in this
  * process. */
@@ -254,6 +258,31 @@ void machine_interrupt_next(struct machine *machine, uint64_t after, machine_int
                             void *argument);
 /* Instructions that the latest call of this level executed, if it was stepped to its end. */
 uint64_t machine_instructions(const struct machine *machine);
+
+/*
+ * For hooks, which can so try out what an interrupt would lead to: goes on with the call that is
+ * interrupted to its end, without further interrupts, and comes back with its outcome. The call
+ * stands where it stood then, registers and stack as they were; memory elsewhere is the caller's to
+ * put back.
+ */
+void machine_rehearse(struct machine *machine, struct machine_outcome *outcome);
+
+/* For hooks: memory that the instruction which comes next reads or writes by its operands (not what
+ * it pushes or pops). Allocates when first called. How many there are. */
+#define MACHINE_OPERANDS 2
+struct machine_operand {
+    uint64_t address;
+    size_t size;
+    bool read, write;
+};
+unsigned machine_next_operands(struct machine *machine,
+                               struct machine_operand operands[MACHINE_OPERANDS]);
+
+/* How many host services module code has entered so far. */
+uint64_t machine_services(const struct machine *machine);
+
+/* The module's own memory that it may write, in pieces; false past the last. */
+bool machine_own_data(const struct machine *machine, unsigned index, void **at, size_t *size);
 
 /* An alarm by the wall clock, for machine_seal()ed processes, too, when opened before. 0 or
  * negative errno. */

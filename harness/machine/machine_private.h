@@ -127,6 +127,7 @@ struct machine {
     uint8_t *hull; /* where span_begin runs */
     uint64_t span_begin, span_end;
     uint8_t *page_access; /* PROT_* of each page of the hull */
+    struct emulator *emulator; /* of an instrumented machine */
     unsigned pointer_size;
     bool low; /* everything that the module sees lies below 2 GiB */
 
@@ -137,12 +138,18 @@ struct machine {
 
     struct machine_served services[MACHINE_SERVICES];
     unsigned service_count;
+    const void *caller; /* where the latest service returns to */
+    uint64_t served; /* services entered so far */
+
+    size_t decoder; /* Capstone's handle, 0: not open yet; and its instruction */
+    void *decoded;
 
     unsigned level; /* how many calls are interrupted */
     unsigned level_count;
     struct machine_level levels[MACHINE_LEVELS];
     size_t extended_room;
-    bool resuming; /* machine_resume is about to trap */
+    uint8_t *rehearsed; /* room for the stack of a call that is rehearsed */
+    bool resuming;      /* machine_resume is about to trap */
     timer_t alarm;
     bool has_alarm;
 
@@ -249,6 +256,7 @@ struct machine_left machine_enter(void *function, void *argument);
 void machine_abandon(void) __attribute__((noreturn));
 void machine_signal_entry(int sig, siginfo_t *info, void *context);
 void machine_resume(void) __attribute__((noreturn));
+struct machine_left machine_enter_again(void);
 extern const uint8_t machine_trampoline_begin[], machine_trampoline_end[], machine_returned[];
 
 /* Reads a word of the module's stack: not aligned perhaps, and in frames of host functions that the
@@ -275,6 +283,12 @@ static inline uint64_t machine_stack_top(const struct machine *machine, const ui
 {
     return (uint64_t)stack + machine->stack_size - 64;
 }
+
+/* call.c: what became of a call that did not return in good order */
+void machine_irregular(const struct machine *machine, uint64_t how,
+                       struct machine_outcome *outcome);
+/* native.c: what callee-saved register i holds on entry */
+uint64_t machine_sentinel(const struct machine *machine, unsigned i);
 
 /* regions.c */
 uint64_t machine_mix(uint64_t seed, uint64_t a, uint64_t b);
@@ -343,6 +357,8 @@ void machine_level_begin(struct machine *machine);
 void machine_level_end(struct machine *machine);
 /* Host services are not stepped: off on the way in, on again, if wanted, on the way out. */
 void machine_service_steps(struct machine *machine, bool on);
+/* operands.c */
+void machine_operands_close(struct machine *machine);
 /* In the signal handler. True when the signal was about interrupts and has been dealt with. */
 bool machine_interrupt_signal(struct machine *machine, int sig, ucontext_t *context);
 
@@ -350,6 +366,8 @@ bool machine_interrupt_signal(struct machine *machine, int sig, ucontext_t *cont
 void machine_redirect(ucontext_t *context, uint64_t ip, uint64_t sp);
 int machine_handlers_install(struct machine *machine, char why[MACHINE_WHY]);
 void machine_handlers_remove(struct machine *machine);
+/* In a signal handler: ends the process by this signal, saying why. */
+void machine_die(int sig, const siginfo_t *info, ucontext_t *context);
 void machine_on_signal(int sig, siginfo_t *info, void *context)
     __attribute__((visibility("hidden")));
 

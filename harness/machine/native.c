@@ -24,7 +24,7 @@ static int check_process(char why[MACHINE_WHY])
 
 /* The module starts every call with the same callee-saved registers: no host address leaks in, and
  * a change is noticed. No canonical address, so that using one as a pointer faults. */
-static uint64_t sentinel(const struct machine *machine, unsigned i)
+uint64_t machine_sentinel(const struct machine *machine, unsigned i)
 {
     return (machine_mix(machine->config.seed, 2, i) & 0x0000ffffffffffffu) | 0x5e00000000000000u;
 }
@@ -35,9 +35,9 @@ static void prepare_state(const struct machine *machine)
 
     fresh.serial = machine_state.serial;
     for (unsigned i = 0; i < 6; i++)
-        fresh.sentinel[i] = sentinel(machine, i);
+        fresh.sentinel[i] = machine_sentinel(machine, i);
     for (unsigned i = 0; i < 2; i++)
-        fresh.windows_sentinel[i] = sentinel(machine, 6 + i);
+        fresh.windows_sentinel[i] = machine_sentinel(machine, 6 + i);
     for (unsigned i = 0; i < 20; i++)
         fresh.windows_xmm[i / 2][i % 2] = machine_mix(machine->config.seed, 3, i);
     fresh.windows_x87 = WINDOWS_X87;

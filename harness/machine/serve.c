@@ -7,6 +7,11 @@
 
 extern const uint8_t machine_thunks_sysv[], machine_thunks_win64[];
 /* Called by thunks.S; `registers` are those of SYSV. */
+bool machine_service_caller(const struct machine *machine, uint64_t *pc)
+{
+    return machine_vaddr(machine, machine->caller, pc);
+}
+
 int64_t machine_served(unsigned number, const struct arguments_sysv *registers, const void *stack,
                        void *return_address) __attribute__((visibility("hidden")));
 
@@ -30,6 +35,7 @@ int64_t machine_service_call(struct machine *machine, unsigned number, struct ar
     int64_t value;
 
     machine_service_enter(machine, service->name, return_address);
+    machine->caller = return_address;
     value = service->function(service->context, arguments);
     machine_service_leave(machine);
     return value;
