@@ -44,7 +44,8 @@ definition() {
 mingw() {
     # shellcheck disable=SC2046,SC2086
     run "$(compiler "$1-w64-mingw32-gcc")" $language $(windows_flags) -fno-builtin -mno-stack-arg-probe -o "$output" sdk/src/mem.c "$source" \
-        -nostdlib -shared -static -Wl,-e,0 -Wl,--no-insert-timestamp -Wl,--dynamicbase,--nxcompat $(definition "$2") $flags -lgcc
+        -nostdlib -shared -static -Wl,-e,0 -Wl,--no-insert-timestamp -Wl,--dynamicbase,--nxcompat \
+        -Wl,--exclude-all-symbols $(definition "$2") $flags -lgcc
 }
 
 # TGMmini and the controllers: generation 5, text of bytes.
@@ -92,10 +93,10 @@ msvc() {
         esac
     done
     # shellcheck disable=SC2046,SC2086
-    run "$(compiler clang)" --target="$1"-pc-windows-msvc $language $(windows_flags) -gcodeview -fno-builtin $compile -c \
+    run "$(compiler clang)" --target="$1"-pc-windows-msvc $language $(windows_flags) -gdwarf-4 -fno-builtin $compile -c \
         -o "$output.obj" "$source"
     # shellcheck disable=SC2086
-    run lld-link /DLL /NOENTRY /NODEFAULTLIB /Brepro /DEBUG /PDB:"$output.pdb" $link /OUT:"$output" "$output.obj"
+    run lld-link /DLL /NOENTRY /NODEFAULTLIB /Brepro /DEBUG:DWARF $link /OUT:"$output" "$output.obj"
 }
 
 # Of several sources the last one's dependencies are kept.
