@@ -103,6 +103,7 @@ HOST_SRC := realtime.c shm.c product.c schedule.c extent.c servo_wire.c \
     catalogue.c text16.c evidence.c plant.c host_select.c osc.c experiment.c \
     profile_shape.c \
     profile_motion.c \
+    sketch.c \
     scenario_read.c \
     scenario_words.c \
     scenario_expression.c \
@@ -149,13 +150,29 @@ LAYOUT_SRC := measure.c \
 LAYOUTS := gen4 gen5_905 gen5_906
 REPORT_SRC := text.c json.c \
     curves.c \
+    json_text.c \
+    markup.c \
+    report.c \
+    junit.c \
+    sarif.c \
+    html.c \
+    html_axis.c \
+    html_bars.c \
+    html_parts.c \
+    html_plots.c \
+    html_runs.c \
     picture.c
 CLI_SRC := main.c options.c output.c check.c run.c inspect.c inspect_text.c inspect_json.c rules.c new.c registers.c \
     clock.c \
     config.c \
     configuration.c \
+    certify.c \
+    keygen.c \
+    program.c \
+    verify.c \
     capture.c bus.c plot.c scope.c \
     record.c \
+    reports.c \
     machine.c \
     scenario.c \
     device.c \
@@ -174,11 +191,22 @@ CONFORMANCE_SRC := profile.c rules.c findings.c incidents.c rules_file.c rules_s
     rules_file_names.c \
     rules_file_runtime.c \
     rules_machine.c \
+    rules_preempted.c \
     again.c \
+    archive_open.c \
+    archive_save.c \
+    waivers.c \
     cases.c \
+    certificate.c \
+    chronicle.c \
+    chronicle_plot.c \
+    envelope.c \
+    keys.c \
     judge.c \
     plan.c \
+    rule_book.c \
     runs.c \
+    suite.c \
     check.c
 SOEM_SRC := ethercatbase.c ethercatcoe.c ethercatconfig.c ethercatdc.c ethercatmain.c ethercatprint.c ethercatsoe.c
 
@@ -187,6 +215,7 @@ ROOM_OBJ := $(addprefix $(BUILD)/obj/harness/image/,$(IMAGE_SRC:.c=.o)) \
     $(BUILD)/obj/harness/machine/thunks.o \
     $(addprefix $(BUILD)/obj/harness/bus/,$(BUS_SRC:.c=.o)) $(BUILD)/obj/harness/bus/fiber_switch.o \
     $(BUILD)/obj/harness/bus/terminals.o \
+    $(BUILD)/obj/harness/report/style.o \
     $(addprefix $(BUILD)/obj/harness/host/,$(HOST_SRC:.c=.o)) $(LAYOUTS:%=$(BUILD)/obj/harness/host_%.o) \
     $(addprefix $(BUILD)/obj/harness/report/,$(REPORT_SRC:.c=.o)) \
     $(addprefix $(BUILD)/obj/conformance/,$(CONFORMANCE_SRC:.c=.o)) \
@@ -242,6 +271,7 @@ FUZZERS := fuzz_image fuzz_text \
     fuzz_code \
     fuzz_scenario \
     fuzz_device \
+    fuzz_certificate \
     fuzz_config \
     fuzz_text16 \
     fuzz_path
@@ -340,6 +370,8 @@ $(BUILD)/obj/%.o: %.c | $(BUILD)/.deps
 
 $(BUILD)/obj/harness/bus/terminals.o: $(TERMINALS)
 
+$(BUILD)/obj/harness/report/style.o: harness/report/report.css
+
 $(BUILD)/obj/%.o: %.S | $(BUILD)/.deps
 	@mkdir -p $(@D)
 	@echo "  AS     $<"
@@ -371,6 +403,11 @@ $(BUILD)/fuzz/fuzz_config: tests/fuzz_config.c $(addprefix harness/host/,config.
 	@mkdir -p $(@D)
 	@echo "  FUZZ   $@"
 	$(Q)$(FUZZ_CC) -o $@ $(filter %.c,$^) -linih
+
+$(BUILD)/fuzz/fuzz_certificate: tests/fuzz_certificate.c $(addprefix conformance/,certificate.c envelope.c keys.c) harness/report/report.c | $(BUILD)/.deps-test
+	@mkdir -p $(@D)
+	@echo "  FUZZ   $@"
+	$(Q)$(FUZZ_CC) -o $@ $(filter %.c,$^) -ljansson -lsodium
 
 $(BUILD)/fuzz/fuzz_text16: tests/fuzz_text16.c harness/host/text16.c harness/machine/arguments.c | $(BUILD)/.deps-test
 	@mkdir -p $(@D)

@@ -41,6 +41,7 @@ const char *__asan_default_options(void)
 struct fixture {
     struct image *image;
     struct machine *machine;
+    uint64_t *words; /* shared_words() */
 };
 
 /* tests/machine_modules/NAME, built; a name without an ending is that of a shared object */
@@ -71,6 +72,7 @@ static inline void fixture_close(struct fixture *fixture)
 {
     machine_unload(fixture->machine);
     image_close(fixture->image);
+    fixture->words = NULL;
 }
 
 /* Module address of an exported symbol or label. */
@@ -109,6 +111,14 @@ static inline void *map(const struct fixture *fixture, const char *name, size_t 
                     why) != 0)
         fail_msg("machine_map: %s", why);
     return module;
+}
+
+/* A page that the module can reach, the same until the fixture is closed. */
+static inline uint64_t *shared_words(struct fixture *fixture)
+{
+    if (fixture->words == NULL)
+        fixture->words = map(fixture, "words", 4096, MACHINE_REGION_READ_WRITE, NULL);
+    return fixture->words;
 }
 
 static const struct machine_config plain_config = { .seed = 1, .hang_ns = TEST_HANG_NS };

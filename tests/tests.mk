@@ -25,6 +25,9 @@ $(foreach suffix,c cpp S,$(foreach ending,.tgm .tgm.bin,$(eval $(call fixture_ru
 # Each test program: its own source and what of the rooms it needs (all of them: they are small).
 UNIT_TESTS := test_osc test_text16 test_catalogue test_fixtures \
     test_scenario \
+    test_certificate \
+    test_chronicle \
+    test_report \
     test_audit \
     test_budgets \
     test_profile \
@@ -44,6 +47,7 @@ MACHINE_TESTS := test_machine test_machine_call test_machine_load test_machine_s
     test_machine_preempt \
     test_machine_rehearse \
     test_machine_windows \
+    test_instrumented \
     test_arguments
 BUS_TESTS := test_segment test_slave test_coe test_drive test_bus test_client \
     test_drive2 \
@@ -63,6 +67,9 @@ BUS_TESTS += test_esi
 BUS_TESTS += test_busfile
 
 $(addprefix $(BUILD)/obj/tests/,$(BUS_TESTS:=.o) bench_bus.o soak_segment.o): ALL_CFLAGS += -Itests $(BUS_CFLAGS)
+
+# Reports that tests/reports.sh holds against their schemas.
+$(BUILD)/obj/tests/test_report.o: ALL_CFLAGS += -Itests $(XML) -DTEST_REPORTS_DIR='"$(BUILD)/reports"'
 
 # Captures that tests/captures.sh lets tshark dissect.
 $(BUILD)/obj/tests/test_pcap.o: ALL_CFLAGS += -DTEST_CAPTURES_DIR='"$(BUILD)/captures"'
@@ -106,6 +113,13 @@ $(MACHINE_MODULE_DIR)/%.so: tests/machine_modules/%.c | $(BUILD)/.deps
 	@echo "  MODULE $<"
 	$(Q)gcc -std=gnu11 -O1 -g -ffreestanding -fPIC -fno-stack-protector -fno-asynchronous-unwind-tables -shared \
 	    -nostdlib -Wl,-Bsymbolic -Wl,-z,relro -Wl,-z,noexecstack -o $@ $<
+
+# Code that can be written.
+MACHINE_MODULES += $(addprefix $(MACHINE_MODULE_DIR)/,traced.so traced_open.so)
+$(MACHINE_MODULE_DIR)/traced_open.so: tests/machine_modules/traced.S | $(BUILD)/.deps
+	@mkdir -p $(@D)
+	@echo "  MODULE $@"
+	$(Q)gcc -shared -nostdlib -Wl,-Bsymbolic -Wl,-z,noexecstack -Wl,--omagic -Wl,-z,max-page-size=4096 -o $@ $<
 
 # PE modules, of mingw and of the shape that Microsoft's tools make.
 MACHINE_MODULES += $(addprefix $(MACHINE_MODULE_DIR)/,windows.dll windows_fixed.dll windows_frames.dll)

@@ -19,6 +19,7 @@
 #include "host/product.h"
 #include "host/realtime.h"
 #include "host/scenario_value.h"
+#include "host/sketch.h"
 #include "machine/machine.h"
 
 #define EVIDENCE_INCIDENTS  16
@@ -215,6 +216,7 @@ struct evidence {
     size_t stack_used;   /* bytes */
     unsigned slaves;
     struct digest digest;
+    struct sketch sketch; /* of the first axes; no row without a bus */
 
     struct audit_record audit; /* audit.h */
 

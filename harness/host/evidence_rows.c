@@ -8,11 +8,14 @@
 
 #define MEMBER(type, member) (((struct type *)0)->member)
 #define COUNT(type, member)  (sizeof MEMBER(type, member) / sizeof *MEMBER(type, member))
-/* A plain value; an array of them; a structure; an array of structures. */
+/* A plain value; an array of them, in one dimension or two; a structure; an array of structures. */
 #define VALUE(type, member)                                                                        \
 #member, offsetof(struct type, member), sizeof MEMBER(type, member), 1, NULL
 #define VALUES(type, member)                                                                       \
 #member, offsetof(struct type, member), sizeof *MEMBER(type, member), COUNT(type, member), NULL
+#define GRID(type, member)                                                                         \
+#member, offsetof(struct type, member), sizeof **MEMBER(type, member),                         \
+        sizeof MEMBER(type, member) / sizeof **MEMBER(type, member), NULL
 #define PART(type, member, rows)                                                                   \
 #member, offsetof(struct type, member), sizeof MEMBER(type, member), 1, rows
 #define PARTS(type, member, rows)                                                                  \
@@ -190,6 +193,30 @@ static const struct evidence_row audit[] = {
     { NULL, 0, 0, 0, NULL },
 };
 
+static const struct evidence_row word[] = {
+    { VALUE(evidence_word, memory) }, { VALUE(evidence_word, bit) },
+    { VALUE(evidence_word, offset) }, { VALUE(evidence_word, first) },
+    { VALUE(evidence_word, second) }, { VALUE(evidence_word, found) },
+    { NULL, 0, 0, 0, NULL },
+};
+
+static const struct evidence_row race[] = {
+    { VALUE(evidence_race, kind) },         { VALUE(evidence_race, entry) },
+    { VALUE(evidence_race, by) },           { VALUE(evidence_race, cycle) },
+    { VALUE(evidence_race, count) },        { VALUE(evidence_race, pc) },
+    { VALUE(evidence_race, instructions) }, { PARTS(evidence_race, words, word) },
+    { VALUE(evidence_race, has_by_pc) },    { VALUE(evidence_race, by_pc) },
+    { VALUE(evidence_race, by_writes) },    { PART(evidence_race, shared, word) },
+    { VALUE(evidence_race, failed) },       { VALUE(evidence_race, outcome) },
+    { PART(evidence_race, fault, fault) },  { NULL, 0, 0, 0, NULL },
+};
+
+static const struct evidence_row sketch[] = {
+    { VALUE(sketch, cycles) }, { VALUE(sketch, per_bucket) }, { VALUE(sketch, used) },
+    { VALUES(sketch, now) },   { GRID(sketch, least) },       { GRID(sketch, greatest) },
+    { NULL, 0, 0, 0, NULL },
+};
+
 static const struct evidence_row evidence[] = {
     { VALUE(evidence, stage) },
     { VALUE(evidence, entry) },
@@ -217,6 +244,11 @@ static const struct evidence_row evidence[] = {
     { PART(evidence, eeprom, eeprom) },
     { VALUE(evidence, interrupt_count) },
     { PARTS(evidence, interrupts, interrupt) },
+    { VALUE(evidence, tried_calls) },
+    { VALUE(evidence, tried_points) },
+    { VALUE(evidence, race_total) },
+    { VALUE(evidence, race_count) },
+    { PARTS(evidence, races, race) },
     { VALUE(evidence, loads) },
     { VALUE(evidence, instrumented) },
     { PART(evidence, lookup, lookup) },
@@ -227,6 +259,7 @@ static const struct evidence_row evidence[] = {
     { VALUE(evidence, slaves) },
     { PART(evidence, digest, digest) },
     { PART(evidence, audit, audit) },
+    { PART(evidence, sketch, sketch) },
     { VALUES(evidence, trouble) },
     { NULL, 0, 0, 0, NULL },
 };

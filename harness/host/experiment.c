@@ -14,9 +14,6 @@
 /* Rows and frames travel in blocks, so that a cycle costs no system call. */
 #define BLOCK_BYTES 32768
 
-/* Address space that an emulated CPU reserves for what it translates, and some to work in. */
-#define EMULATOR_BYTES (UINT64_C(3) << 30)
-
 #define EMPTY_LOOP_NS UINT64_C(1000000000)
 
 _Static_assert(PCAP_BUFFER <= BLOCK_BYTES, "what a capture hands over fits a block");
@@ -380,7 +377,7 @@ int experiment_run(const struct experiment *experiment, const struct image *imag
                              experiment->cycles * (experiment->host.cycle_us > 1000
                                                        ? experiment->host.cycle_us * UINT64_C(2000)
                                                        : UINT64_C(2000000)),
-        .memory_bytes = is_instrumented(experiment, image) ? EMULATOR_BYTES : 0,
+        .memory_bytes = is_instrumented(experiment, image) ? MACHINE_INSTRUMENTED_MEMORY : 0,
     };
     r = worker_run(body, job, shared, &limits, progress != NULL || bulk ? relay : NULL, forward,
                    bulk, &result->worker);

@@ -57,6 +57,36 @@ static bool open_one(size_t *handle, cs_arch arch, cs_mode mode)
     return cs_option(opened, CS_OPT_DETAIL, CS_OPT_ON) == CS_ERR_OK;
 }
 
+void code_stepper_close(struct code_stepper *stepper)
+{
+    csh handles[] = { stepper->handle, stepper->thumb_handle };
+
+    if (stepper->scratch != NULL)
+        cs_free(stepper->scratch, 1);
+    for (size_t i = 0; i < COUNT(handles); i++)
+        if (handles[i] != 0)
+            cs_close(&handles[i]);
+    *stepper = (struct code_stepper){ .target = stepper->target };
+}
+
+static bool decode(struct code_stepper *stepper, const uint8_t *bytes, size_t size,
+                   uint64_t address, bool thumb)
+{
+    return cs_disasm_iter(thumb ? stepper->thumb_handle : stepper->handle, &bytes, &size, &address,
+                          stepper->scratch);
+}
+
+/* Capstone sorts a table at its first instruction, and asks how much memory there is for that:
+ * later there may be nobody to ask. */
+static void warm_up(struct code_stepper *stepper)
+{
+    static const uint8_t any[] = { 0x50, 0x90, 0x90, 0x90 };
+
+    decode(stepper, any, sizeof any, 0, false);
+    if (stepper->thumb_handle != 0)
+        decode(stepper, any, sizeof any, 0, true);
+}
+
 bool code_stepper_open(struct code_stepper *stepper, enum image_target target)
 {
     bool opened = false;
@@ -71,22 +101,12 @@ bool code_stepper_open(struct code_stepper *stepper, enum image_target target)
         opened = open_one(&stepper->handle, CS_ARCH_X86, CS_MODE_32);
     if (opened)
         stepper->scratch = cs_malloc(stepper->handle);
-    if (stepper->scratch != NULL)
+    if (stepper->scratch != NULL) {
+        warm_up(stepper);
         return true;
+    }
     code_stepper_close(stepper);
     return false;
-}
-
-void code_stepper_close(struct code_stepper *stepper)
-{
-    csh handles[] = { stepper->handle, stepper->thumb_handle };
-
-    if (stepper->scratch != NULL)
-        cs_free(stepper->scratch, 1);
-    for (size_t i = 0; i < COUNT(handles); i++)
-        if (handles[i] != 0)
-            cs_close(&handles[i]);
-    *stepper = (struct code_stepper){ .target = stepper->target };
 }
 
 static enum code_step_kind listed(const struct listed *list, size_t count, unsigned id)
@@ -121,12 +141,23 @@ static bool is_vector_extension(const struct code_stepper *stepper, const cs_ins
     return true;
 }
 
+static bool is_repeated(const cs_insn *insn)
+{
+    const cs_x86 *x86 = &insn->detail->x86;
+    const uint8_t opcode = x86->opcode[0];
+
+    return (x86->prefix[0] == X86_PREFIX_REP || x86->prefix[0] == X86_PREFIX_REPNE) &&
+           ((opcode >= 0xa4 && opcode <= 0xa7) || (opcode >= 0xaa && opcode <= 0xaf));
+}
+
 static enum code_step_kind x86_kind(const struct code_stepper *stepper, const cs_insn *insn)
 {
     const cs_x86 *x86 = &insn->detail->x86;
 
     if (is_vector_extension(stepper, insn))
         return CODE_STEP_FOREIGN;
+    if (is_repeated(insn))
+        return CODE_STEP_REPEAT;
     if (insn->id == X86_INS_INT && x86->op_count == 1)
         return x86->operands[0].imm == 0x80   ? CODE_STEP_SYSCALL_OLD
                : x86->operands[0].imm == 0x03 ? CODE_STEP_BREAKPOINT
@@ -167,13 +198,6 @@ static unsigned it_covers(const cs_insn *insn)
     return mask & 1u ? 4 : mask & 2u ? 3 : mask & 4u ? 2 : 1;
 }
 
-static bool decode(struct code_stepper *stepper, const uint8_t *bytes, size_t size,
-                   uint64_t address, bool thumb)
-{
-    return cs_disasm_iter(thumb ? stepper->thumb_handle : stepper->handle, &bytes, &size, &address,
-                          stepper->scratch);
-}
-
 void code_step_read(struct code_stepper *stepper, const uint8_t *bytes, size_t size,
                     uint64_t address, bool thumb, struct code_step *step)
 {
@@ -192,6 +216,7 @@ void code_step_read(struct code_stepper *stepper, const uint8_t *bytes, size_t s
     }
     step->kind = x86_kind(stepper, insn);
     step->known = insn->id != X86_INS_UD0 && insn->id != X86_INS_UD2 && insn->id != X86_INS_UD2B;
+    step->covers = step->kind == CODE_STEP_REPEAT ? insn->detail->x86.addr_size : 0;
     step->by_stack = x86_by_stack(insn);
 }
 

@@ -62,6 +62,9 @@ enum machine_poison {
  */
 enum machine_kind { MACHINE_NATIVE, MACHINE_INSTRUMENTED };
 
+/* Address space that a worker needs to make an instrumented machine, of which little is used. */
+#define MACHINE_INSTRUMENTED_MEMORY (UINT64_C(3) << 30)
+
 struct machine_config {
     enum machine_kind kind;
     uint64_t seed;   /* what the module sees on entry is a function of it and of the next two */
@@ -266,6 +269,8 @@ uint64_t machine_instructions(const struct machine *machine);
  * put back.
  */
 void machine_rehearse(struct machine *machine, struct machine_outcome *outcome);
+/* Whether it can: not on an emulated CPU, and not where calls cannot be interrupted. */
+bool machine_rehearses(const struct machine *machine);
 
 /* For hooks: memory that the instruction which comes next reads or writes by its operands (not what
  * it pushes or pops). Allocates when first called. How many there are. */
