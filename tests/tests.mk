@@ -10,7 +10,7 @@ FIXTURE_LDFLAGS := -nostdlib -shared -Wl,-Bsymbolic -Wl,-e,0 -Wl,--hash-style=gn
     -Wl,--build-id=none
 
 # A fixture may say "flags: ..." in its second line: added to compiler and linker; -r: linked no further.
-$(FIXTURE_DIR)/%.tgm: conformance/fixtures/%.c conformance/fixtures/base.h sdk/include/tgm_plc.h \
+$(FIXTURE_DIR)/%.tgm: conformance/fixtures/%.c conformance/fixtures/base.h conformance/fixtures/axis.h sdk/include/tgm_plc.h \
     sdk/include/tgm/layout_gen4.h sdk/src/mem.c | $(BUILD)/.deps
 	@mkdir -p $(@D)
 	@echo "  MODULE $<"
