@@ -34,6 +34,7 @@ IMAGE_SRC := image.c image_sort.c image_text.c elf.c elf_kinds.c elf_header.c el
     code_arm.c \
     code_map.c \
     code_x86.c \
+    code_operands.c \
     code_special.c \
     census.c \
     census_bytes.c \
@@ -50,7 +51,6 @@ MACHINE_SRC := load.c poison.c regions.c call.c fault.c attribute.c watchdog.c s
     serve.c \
     reload.c \
     rehearse.c \
-    operands.c \
     machine.c \
     instrumented.c \
     instrumented_call.c \
