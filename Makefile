@@ -192,7 +192,11 @@ CONFORMANCE_SRC := profile.c rules.c findings.c incidents.c rules_file.c rules_s
     rules_file_names.c \
     rules_file_runtime.c \
     rules_machine.c \
+    rules_preempted.c \
     again.c \
+    archive_open.c \
+    archive_save.c \
+    waivers.c \
     cases.c \
     certificate.c \
     chronicle.c \

@@ -94,7 +94,7 @@ static bool fill_stack(const struct case_file *file, struct budget_report *out)
             const double bytes =
                 (double)file->runs[id].result.evidence.audit.functions[entry].stack_bytes;
             found = true;
-            out->allowed = file->runs[id].plan.experiment.host.product->budget.stack_bytes;
+            out->allowed = file->profile->stack_bytes;
             if (bytes > out->worst)
                 out->worst = bytes;
         }

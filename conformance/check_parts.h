@@ -17,8 +17,12 @@ struct check {
     struct group_report groups[GROUP_COUNT];
     struct case_run *runs; /* by enum experiment_id */
     struct case_scenario *scenarios;
-    struct chronicle chronicle;
     struct budget_report budgets[BUDGETS_MOST];
+    struct chronicle chronicle;
+    struct waiver_report waivers[WAIVERS_MOST];
+    struct archive *archive; /* that it was made from; NULL: it was run */
+    char hash[65];           /* of the manifest of the evidence; "" when none was saved */
+    char today[16];
     char title[96];
     char rule_book[RULE_BOOK_HASH];
     char cannot_run[FINDING_TEXT];

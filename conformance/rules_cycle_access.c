@@ -204,16 +204,21 @@ void check_budget_background(const struct case_file *file, struct findings *find
     cycle_each_traced(file, judge_budget_background, findings);
 }
 
-/* A stack that overflowed has a finding in no-fault. */
+/* A stack that the file tells is too large has its finding in stack-size. */
+static bool is_told(const struct case_file *file, enum entry entry)
+{
+    const struct image_symbol *symbol = image_export(file->image, entry_name(entry));
+    const struct image_routine *routine =
+        symbol != NULL ? image_routine(file->image, symbol->vaddr) : NULL;
+    return routine != NULL && routine->stack > file->profile->stack_bytes;
+}
+
 static void judge_stack(const struct cycle_run *run)
 {
-    const uint32_t limit = run->experiment->host.product->budget.stack_bytes;
-    for (unsigned i = 0; i < run->evidence->incident_count; i++)
-        if (incident_is_stack_overflow(&run->evidence->incidents[i].fault))
-            return;
+    const uint32_t limit = run->file->profile->stack_bytes;
     for (int entry = 0; entry < ENTRY_COUNT; entry++) {
         const uint64_t bytes = run->evidence->audit.functions[entry].stack_bytes;
-        if (bytes <= limit)
+        if (bytes <= limit || is_told(run->file, (enum entry)entry))
             continue;
         struct finding *finding = finding_add(run->findings, "%s needs more than %u bytes of stack",
                                               entry_name((enum entry)entry), limit);

@@ -67,7 +67,7 @@ static void the_table_shows_the_tightest_run(void **state)
 {
     struct case_run *runs = calloc(EXPERIMENT_COUNT, sizeof *runs);
     struct budget_report table[BUDGETS_MOST];
-    const struct case_file file = { .runs = runs };
+    const struct case_file file = { .runs = runs, .profile = profile_find("pc4") };
     static const int ids[] = { EXPERIMENT_TRACED_250, EXPERIMENT_TRACED_500 };
     (void)state;
     assert_non_null(runs);

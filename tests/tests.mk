@@ -47,6 +47,7 @@ MACHINE_TESTS := test_machine test_machine_call test_machine_load test_machine_s
     test_machine_preempt \
     test_machine_rehearse \
     test_machine_windows \
+    test_instrumented \
     test_arguments
 BUS_TESTS := test_segment test_slave test_coe test_drive test_bus test_client \
     test_drive2 \
@@ -112,6 +113,13 @@ $(MACHINE_MODULE_DIR)/%.so: tests/machine_modules/%.c | $(BUILD)/.deps
 	@echo "  MODULE $<"
 	$(Q)gcc -std=gnu11 -O1 -g -ffreestanding -fPIC -fno-stack-protector -fno-asynchronous-unwind-tables -shared \
 	    -nostdlib -Wl,-Bsymbolic -Wl,-z,relro -Wl,-z,noexecstack -o $@ $<
+
+# Code that can be written.
+MACHINE_MODULES += $(addprefix $(MACHINE_MODULE_DIR)/,traced.so traced_open.so)
+$(MACHINE_MODULE_DIR)/traced_open.so: tests/machine_modules/traced.S | $(BUILD)/.deps
+	@mkdir -p $(@D)
+	@echo "  MODULE $@"
+	$(Q)gcc -shared -nostdlib -Wl,-Bsymbolic -Wl,-z,noexecstack -Wl,--omagic -Wl,-z,max-page-size=4096 -o $@ $<
 
 # PE modules, of mingw and of the shape that Microsoft's tools make.
 MACHINE_MODULES += $(addprefix $(MACHINE_MODULE_DIR)/,windows.dll windows_fixed.dll windows_frames.dll)

@@ -8,7 +8,7 @@
 #include "bus/spread.h"
 #include "host/host_parts.h"
 
-#define DEFAULT_CALLS 100
+#define DEFAULT_CALLS 60
 #define FIRST_CALLS   8     /* all of them: much happens once */
 #define EVERY_POINT   256   /* so far every instruction, then ever fewer */
 #define STEPS_MOST    50000 /* instructions of a call that are stepped */
@@ -21,7 +21,7 @@ static uint64_t draw(struct host *host, uint64_t below)
 
 int races_open(struct host *host, char why[MACHINE_WHY])
 {
-    if (host->config.preempt.mode != PREEMPT_TRIED)
+    if (host->config.preempt.mode != PREEMPT_TRIED || !machine_rehearses(host->machine))
         return 0;
     host->races = calloc(1, sizeof *host->races);
     if (host->races == NULL || races_state_open(host) != 0) {
@@ -82,18 +82,32 @@ static void play_orders(struct host *host, enum entry by)
     order->judged = order->judged && play_order(host, turns + 1, owners + 1, order, order->second);
 }
 
-/* Which pages they write: what is not among them is not looked at until the end. */
-static bool rehearse_all(struct host *host)
+static uint64_t at_write(void *argument, uint64_t pc, uint64_t instructions)
 {
-    struct races *races = host->races;
+    (void)pc;
+    races_note_writes(argument);
+    return instructions < STEPS_MOST ? 1 : MACHINE_NEVER;
+}
+
+/* Finds the pages that a function writes to, also those that it leaves as they were: what is not
+ * among them is not looked at until the end. */
+static bool rehearse(struct host *host, enum entry entry)
+{
     struct machine_outcome outcome;
-    const bool returns = call(host, races->entry, &outcome);
-    for (enum entry by = ENTRY_02; by < ENTRY_COUNT; by++)
-        if (may_interrupt(host, races->entry, by))
-            call(host, by, &outcome);
-    races_find_touched(races);
+    machine_interrupt_next(host->machine, 0, at_write, host);
+    const bool returns = call(host, entry, &outcome);
+    races_find_touched(host->races); /* and what host services wrote for it */
     races_back_to_start(host);
     return returns;
+}
+
+static bool rehearse_all(struct host *host)
+{
+    const enum entry entry = host->races->entry;
+    for (enum entry by = ENTRY_02; by < ENTRY_COUNT; by++)
+        if (may_interrupt(host, entry, by))
+            rehearse(host, by);
+    return rehearse(host, entry);
 }
 
 static void try_one(struct host *host, enum entry by)

@@ -33,6 +33,14 @@ struct races_piece {
     bool compared; /* put back, but not looked at, otherwise */
 };
 
+/* Pieces that follow one another in memory. */
+struct races_range {
+    uint64_t at;
+    size_t size, first;
+};
+
+#define RACES_RANGES 32
+
 enum { RACES_OF_ENTRY = 1, RACES_OF_OTHER = 2, RACES_TOUCHED = 4 };
 
 /* The two orders without interrupt, as the memories are after them. */
@@ -46,6 +54,8 @@ struct races_order {
 struct races {
     struct races_piece *pieces;
     size_t piece_count;
+    struct races_range ranges[RACES_RANGES];
+    size_t range_count;
     char *start, *middle; /* memories before the call, and before the instruction */
     struct races_order orders[ENTRY_COUNT];
     uint32_t *touched; /* pieces that anything wrote to */
@@ -86,10 +96,12 @@ void races_back_to_middle(struct host *host);
 /* Every piece, after something wrote who knows where: adds it to the touched ones. True when there
  * was a new one. */
 bool races_find_touched(struct races *races);
+/* The instruction that comes next in the interrupted call: what it is about to write to. */
+void races_note_writes(struct host *host);
 void races_copy(const struct races *races, char *arena); /* touched pieces as they are */
 /* Words that differ from what is in the arena have this owner. */
 void races_own(const struct races *races, const char *arena, uint8_t *owners, uint8_t owner);
-/* The word at an address: its piece and number in it. */
+/* The word at an address: its piece and number in it, if anything wrote to that piece. */
 bool races_word_at(const struct races *races, uint64_t address, size_t *piece, size_t *word);
 
 /* races_judge.c: after both functions; and where the other one touched what both use */

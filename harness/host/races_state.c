@@ -6,10 +6,15 @@
 
 #include "host/host_parts.h"
 
-#define OWN_RANGES 16
+#define OWN_RANGES   16
+#define TOUCHED_LONG 64 /* pieces that are still worth being remembered for the next call */
 
 static void add_range(struct races *races, char *at, size_t size, int memory, bool compared)
 {
+    if (races->range_count == RACES_RANGES)
+        return;
+    races->ranges[races->range_count++] =
+        (struct races_range){ (uint64_t)at, size, races->piece_count };
     for (size_t offset = 0; offset < size; offset += RACES_PIECE) {
         const size_t rest = (size - offset) & ~(size_t)7;
         if (races->pieces != NULL)
@@ -27,7 +32,7 @@ static void add_ranges(const struct host *host, struct races *races)
 {
     void *at;
     size_t size;
-    races->piece_count = 0;
+    races->piece_count = races->range_count = 0;
     for (int i = 0; i < HOST_MEMORIES && catalogue_memory(host->catalogue, (size_t)i) != NULL; i++)
         add_range(races, host->memory[i], host->memory_bytes[i], i,
                   strcmp(catalogue_memory(host->catalogue, (size_t)i)->name, "TGM_ODS") != 0);
@@ -109,8 +114,10 @@ void races_keep_start(struct host *host)
     struct races *races = host->races;
     for (size_t i = 0; i < races->piece_count; i++)
         memcpy(races->start + i * RACES_PIECE, races->pieces[i].at, races->pieces[i].size);
-    races->touched_count = 0;
-    memset(races->is_touched, 0, races->piece_count);
+    if (races->touched_count > TOUCHED_LONG) {
+        races->touched_count = 0;
+        memset(races->is_touched, 0, races->piece_count);
+    }
     *races->host_start = *host;
     *races->evidence_start = *host->evidence;
     *races->host_middle = *host;
@@ -161,18 +168,51 @@ void races_back_to_middle(struct host *host)
     races->services = machine_services(host->machine);
 }
 
+static void touch(struct races *races, size_t piece)
+{
+    if (races->is_touched[piece])
+        return;
+    races->is_touched[piece] = true;
+    races->touched[races->touched_count++] = (uint32_t)piece;
+}
+
 bool races_find_touched(struct races *races)
 {
     const size_t before = races->touched_count;
     for (size_t i = 0; i < races->piece_count; i++) {
         const struct races_piece *piece = &races->pieces[i];
-        if (races->is_touched[i] ||
-            memcmp(piece->at, races->start + i * RACES_PIECE, piece->size) == 0)
-            continue;
-        races->is_touched[i] = true;
-        races->touched[races->touched_count++] = (uint32_t)i;
+        if (!races->is_touched[i] &&
+            memcmp(piece->at, races->start + i * RACES_PIECE, piece->size) != 0)
+            touch(races, i);
     }
     return races->touched_count > before;
+}
+
+static bool piece_at(const struct races *races, uint64_t address, size_t *piece)
+{
+    for (size_t i = 0; i < races->range_count; i++) {
+        const struct races_range *range = &races->ranges[i];
+        if (address - range->at >= range->size)
+            continue;
+        *piece = range->first + (address - range->at) / RACES_PIECE;
+        return true;
+    }
+    return false;
+}
+
+void races_note_writes(struct host *host)
+{
+    struct machine_operand operands[MACHINE_OPERANDS];
+    const unsigned count = machine_next_operands(host->machine, operands);
+    size_t piece;
+    for (unsigned i = 0; i < count; i++) {
+        if (!operands[i].write)
+            continue;
+        if (piece_at(host->races, operands[i].address, &piece))
+            touch(host->races, piece);
+        if (piece_at(host->races, operands[i].address + operands[i].size - 1, &piece))
+            touch(host->races, piece);
+    }
 }
 
 void races_own(const struct races *races, const char *arena, uint8_t *owners, uint8_t owner)
@@ -191,14 +231,8 @@ void races_own(const struct races *races, const char *arena, uint8_t *owners, ui
 
 bool races_word_at(const struct races *races, uint64_t address, size_t *piece, size_t *word)
 {
-    for (size_t i = 0; i < races->touched_count; i++) {
-        const struct races_piece *at = &races->pieces[races->touched[i]];
-        const uint64_t offset = address - (uint64_t)at->at;
-        if (offset >= at->size)
-            continue;
-        *piece = races->touched[i];
-        *word = offset / 4;
-        return true;
-    }
-    return false;
+    if (!piece_at(races, address, piece) || !races->is_touched[*piece])
+        return false;
+    *word = (address - (uint64_t)races->pieces[*piece].at) / 4;
+    return *word < races->pieces[*piece].size / 4;
 }

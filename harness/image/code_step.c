@@ -141,12 +141,23 @@ static bool is_vector_extension(const struct code_stepper *stepper, const cs_ins
     return true;
 }
 
+static bool is_repeated(const cs_insn *insn)
+{
+    const cs_x86 *x86 = &insn->detail->x86;
+    const uint8_t opcode = x86->opcode[0];
+
+    return (x86->prefix[0] == X86_PREFIX_REP || x86->prefix[0] == X86_PREFIX_REPNE) &&
+           ((opcode >= 0xa4 && opcode <= 0xa7) || (opcode >= 0xaa && opcode <= 0xaf));
+}
+
 static enum code_step_kind x86_kind(const struct code_stepper *stepper, const cs_insn *insn)
 {
     const cs_x86 *x86 = &insn->detail->x86;
 
     if (is_vector_extension(stepper, insn))
         return CODE_STEP_FOREIGN;
+    if (is_repeated(insn))
+        return CODE_STEP_REPEAT;
     if (insn->id == X86_INS_INT && x86->op_count == 1)
         return x86->operands[0].imm == 0x80   ? CODE_STEP_SYSCALL_OLD
                : x86->operands[0].imm == 0x03 ? CODE_STEP_BREAKPOINT
@@ -205,6 +216,7 @@ void code_step_read(struct code_stepper *stepper, const uint8_t *bytes, size_t s
     }
     step->kind = x86_kind(stepper, insn);
     step->known = insn->id != X86_INS_UD0 && insn->id != X86_INS_UD2 && insn->id != X86_INS_UD2B;
+    step->covers = step->kind == CODE_STEP_REPEAT ? insn->detail->x86.addr_size : 0;
     step->by_stack = x86_by_stack(insn);
 }
 

@@ -275,9 +275,13 @@ static int instrumented_mapped(struct machine *machine, const struct machine_reg
 
     if (error != UC_ERR_OK)
         return fail(why, "takes no memory", error);
-    emulator->memories[emulator->memory_count] =
-        (struct emulator_memory){ (uint64_t)pages, (uint64_t)pages + size, region->start,
-                                  emulator->memory_count };
+    emulator->memories[emulator->memory_count] = (struct emulator_memory){
+        .begin = (uint64_t)pages,
+        .end = (uint64_t)pages + size,
+        .start = region->start,
+        .writable = access == MACHINE_REGION_READ_WRITE,
+        .number = emulator->memory_count,
+    };
     emulator->memory_count++;
     return 0;
 }

@@ -45,14 +45,15 @@ struct emulator_cpu {
     uc_arch arch;
     uc_mode mode;
     int pc, sp;
+    int counter; /* of repeated instructions */
     unsigned word;
     unsigned slot;       /* bytes from one entry of the services' page to the next */
     const uint8_t *back; /* the code of an entry: an instruction that returns */
     unsigned back_size;
     /* State of the processor before every call, except what enter() sets. Once. */
     void (*fresh)(struct emulator *emulator);
-    /* Registers and stack for a call with that argument, from the top of its stack. */
-    void (*enter)(struct emulator *emulator, uint64_t top, uint64_t argument);
+    /* Registers and stack for a call of the function there with that argument. */
+    void (*enter)(struct emulator *emulator, uint64_t function, uint64_t argument);
     /* After the return. */
     void (*leave)(struct emulator *emulator, uint64_t top, struct machine_outcome *outcome);
     /* At the entry of a service: its arguments, and where it returns to. */
@@ -83,6 +84,7 @@ struct emulator_level {
 struct emulator_memory {
     uint64_t begin, end; /* what the module can reach */
     uint64_t start;      /* of the region */
+    bool writable;
     uint32_t number;
 };
 

@@ -149,6 +149,7 @@ void emulator_call(struct machine *machine, uint64_t function, void *argument,
     struct emulator_level *level = &emulator->levels[emulator->depth++];
     const uint64_t begin = machine->timing ? now_ns() : 0;
     const uint64_t thumb = emulator->cpu->arch == UC_ARCH_ARM ? function & 1 : 0;
+    const uint64_t start = (uint64_t)machine_address(machine, function - thumb);
     bool returned;
 
     uc_context_restore(emulator->uc, emulator->fresh);
@@ -158,9 +159,9 @@ void emulator_call(struct machine *machine, uint64_t function, void *argument,
     emulator->covering = 0;
     emulator->pass = false;
     set_stop(emulator, level->hook != NULL ? level->after : MACHINE_NEVER);
-    emulator->pc = (uint64_t)machine_address(machine, function - thumb);
-    emulator->cpu->enter(emulator, level->top, (uint64_t)argument);
-    returned = run(emulator, emulator->pc | thumb);
+    emulator->pc = 0;
+    emulator->cpu->enter(emulator, start, (uint64_t)argument);
+    returned = run(emulator, start | thumb);
 
     outcome->elapsed_ns = machine->timing ? now_ns() - begin : 0;
     outcome->abi_broken = 0;

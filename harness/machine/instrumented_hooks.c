@@ -43,10 +43,22 @@ static uint8_t learn(struct emulator *emulator, uint64_t address)
     return emulator->kinds[offset] = (uint8_t)(step.kind | step.covers << 4);
 }
 
-static __attribute__((noinline)) void unusual(struct emulator *emulator, uint64_t address)
+/* Unicorn looks at a repeated instruction once more when its counter has come to zero. */
+static bool is_repeated_out(struct emulator *emulator, uint8_t kind)
+{
+    const unsigned bits = 8 * (unsigned)(kind >> 4);
+    const uint64_t mask = bits < 64 ? (UINT64_C(1) << bits) - 1 : UINT64_MAX;
+
+    return (emulator_read(emulator, emulator->cpu->counter) & mask) == 0;
+}
+
+static __attribute__((noinline)) void unusual(struct emulator *emulator, uint64_t address,
+                                              uint64_t before)
 {
     uint8_t kind = emulator->kinds[address - emulator->base];
 
+    if ((kind & 15) == CODE_STEP_REPEAT && before == address && is_repeated_out(emulator, kind))
+        return;
     if (emulator->executed >= emulator->stop_at && !emulator->pass && emulator->covering == 0) {
         emulator_stop(
             emulator,
@@ -58,10 +70,15 @@ static __attribute__((noinline)) void unusual(struct emulator *emulator, uint64_
         emulator->covering--;
     if (kind == 0)
         kind = learn(emulator, address);
-    if ((kind & 15) == CODE_STEP_CONDITION) {
+    switch (kind & 15) {
+    case CODE_STEP_PLAIN:
+    case CODE_STEP_REPEAT:
+        break;
+    case CODE_STEP_CONDITION:
         emulator->covering = kind >> 4;
-    } else if (kind != CODE_STEP_PLAIN) {
-        emulator_stop(emulator, EMULATOR_INSTRUCTION, kind);
+        break;
+    default:
+        emulator_stop(emulator, EMULATOR_INSTRUCTION, kind & 15);
         return;
     }
     emulator->executed++;
@@ -70,13 +87,14 @@ static __attribute__((noinline)) void unusual(struct emulator *emulator, uint64_
 static void on_instruction(uc_engine *uc, uint64_t address, uint32_t size, void *argument)
 {
     struct emulator *emulator = argument;
+    const uint64_t before = emulator->pc;
 
     (void)uc;
     (void)size;
     emulator->pc = address;
     if (emulator->kinds[address - emulator->base] != CODE_STEP_PLAIN ||
         emulator->executed >= emulator->stop_at || emulator->covering > 0)
-        unusual(emulator, address);
+        unusual(emulator, address, before);
     else
         emulator->executed++;
 }
@@ -176,10 +194,13 @@ static void on_access(uc_engine *uc, uc_mem_type type, uint64_t address, int siz
                                    .value = low_bytes((uint64_t)value, (unsigned)size) };
 
     (void)uc;
+    /* Writes are seen before it is known whether they are allowed. */
     if (emulator->stop != EMULATOR_RUNNING)
         return;
     access.pc = emulator->pc - emulator->base + machine->span_begin;
     if (memory != NULL) {
+        if (access.write && (!memory->writable || address + access.size > memory->end))
+            return;
         access.region = memory->number;
         access.offset = (int64_t)(address - memory->start);
         trace->access(trace->argument, &access);
@@ -189,6 +210,7 @@ static void on_access(uc_engine *uc, uc_mem_type type, uint64_t address, int siz
     const uint64_t span = machine->span_end - machine->span_begin;
 
     if (!access.write || offset >= span || access.size > span - offset ||
+        !(machine->page_access[offset / PAGE] & 2 /* PROT_WRITE */) ||
         !is_covered(emulator, offset, access.size))
         return;
     access.region = TRACE_CODE;

@@ -269,6 +269,8 @@ uint64_t machine_instructions(const struct machine *machine);
  * put back.
  */
 void machine_rehearse(struct machine *machine, struct machine_outcome *outcome);
+/* Whether it can: not on an emulated CPU, and not where calls cannot be interrupted. */
+bool machine_rehearses(const struct machine *machine);
 
 /* For hooks: memory that the instruction which comes next reads or writes by its operands (not what
  * it pushes or pops). Allocates when first called. How many there are. */

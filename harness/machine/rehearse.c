@@ -56,6 +56,11 @@ void machine_rehearse(struct machine *machine, struct machine_outcome *outcome)
     machine_state.serial = serial + 1;
 }
 
+bool machine_rehearses(const struct machine *machine)
+{
+    return machine->ops == &machine_native && machine->config.interruptible;
+}
+
 uint64_t machine_services(const struct machine *machine)
 {
     return machine->served;

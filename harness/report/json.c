@@ -28,6 +28,8 @@ static json_t *finding_json(const struct finding *finding)
         json_object_set_new(object, "cycle", count(finding->cycle));
     if (finding->again[0] != '\0')
         json_object_set_new(object, "again", json_text(finding->again));
+    if (finding->debug[0] != '\0')
+        json_object_set_new(object, "debug", json_text(finding->debug));
     return object;
 }
 

@@ -27,7 +27,10 @@ struct finding {
     char place[FINDING_TEXT]; /* "gantry.tgm+0x1a4 (Program_04) gantry.c:88", "" when it has none */
     char
         again[FINDING_TEXT]; /* command line that shows it again, "" when the file alone shows it */
-    const char *function;    /* entry function, NULL when it is not about one */
+    char debug[FINDING_TEXT]; /* the same run under a debugger, "" when there is none */
+    uint32_t plain_us;        /* Cycle_Time of the run it was in, if that was the usual one in all
+                                 else; 0: not */
+    const char *function;     /* entry function, NULL when it is not about one */
     bool has_address;
     uint64_t address; /* of the module, where it happened */
     char file[256];   /* source file as the compiler recorded it, "" when it is not known */

@@ -155,7 +155,7 @@ static void finding_text(const struct finding *finding, FILE *out, const struct 
 static void rule_failed(const struct report *r, const struct rule_report *rule, FILE *out,
                         const struct paint *p)
 {
-    const char *again = "";
+    const char *again = "", *debug = "";
     rule_head(rule,
               rule->waiver != NULL    ? "waived"
               : report_fails(r, rule) ? "FAIL"
@@ -165,6 +165,8 @@ static void rule_failed(const struct report *r, const struct rule_report *rule, 
         finding_text(&rule->findings[i], out, p);
         if (again[0] == '\0')
             again = rule->findings[i].again;
+        if (debug[0] == '\0')
+            debug = rule->findings[i].debug;
     }
     if (rule->dropped > 0)
         fprintf(out, "      and %zu more\n", rule->dropped);
@@ -172,6 +174,11 @@ static void rule_failed(const struct report *r, const struct rule_report *rule, 
     if (again[0] != '\0') {
         fprintf(out, "      %sagain:%s ", p->weak, p->off);
         markup_plain(out, again);
+        fputc('\n', out);
+    }
+    if (debug[0] != '\0') {
+        fprintf(out, "      %sdebug:%s ", p->weak, p->off);
+        markup_plain(out, debug);
         fputc('\n', out);
     }
     fprintf(out, "      %smore:%s  tgm explain %s\n", p->weak, p->off, rule->id);
