@@ -97,6 +97,7 @@ HOST_SRC := realtime.c shm.c product.c schedule.c extent.c servo_wire.c \
     servo_select.c \
     audit.c \
     config.c config_keys.c config_check.c \
+    coverage.c \
     digest.c \
     evidence_file.c \
     evidence_rows.c \
@@ -201,6 +202,7 @@ CONFORMANCE_SRC := profile.c rules.c findings.c incidents.c rules_file.c rules_s
     cases.c \
     certificate.c \
     chronicle.c \
+    chronicle_coverage.c \
     chronicle_plot.c \
     envelope.c \
     keys.c \
