@@ -30,9 +30,14 @@ IMAGE_SRC := image.c image_sort.c image_text.c elf.c elf_kinds.c elf_header.c el
     image_child.c \
     pe_unwind.c \
     code.c \
+    code_step.c \
     code_arm.c \
     code_map.c \
     code_x86.c \
+    code_special.c \
+    census.c \
+    census_bytes.c \
+    census_users.c \
     stack.c \
     stack_graph.c \
     stack_returns.c \
@@ -44,8 +49,17 @@ MACHINE_SRC := load.c poison.c regions.c call.c fault.c attribute.c watchdog.c s
     arguments.c \
     serve.c \
     reload.c \
+    rehearse.c \
+    operands.c \
     machine.c \
-    native.c
+    instrumented.c \
+    instrumented_call.c \
+    instrumented_fault.c \
+    instrumented_hooks.c \
+    cpu_x86.c \
+    cpu_arm.c \
+    native.c \
+    thread_block.c
 BUS_SRC := client.c client_cycle.c client_jobs.c client_map.c client_watch.c client_rewind.c fiber.c segment.c slave.c registers.c sii.c syncman.c fmmu.c al.c dc.c \
     watchdog.c mailbox.c coe.c coe_info.c od.c pdo.c cia402.c axis.c devices.c dev_drive.c drive.c drive_cyclic.c \
     drive_homing.c drive_od.c drive_profile.c wire.c \
@@ -112,6 +126,9 @@ LAYOUT_SRC := measure.c \
     digest_take.c \
     plc.c \
     preempt.c \
+    races.c \
+    races_judge.c \
+    races_state.c \
     rewind.c \
     host.c host_rows.c memories.c services.c timers.c servo.c dio.c \
     motion.c \
@@ -149,10 +166,14 @@ CLI_SRC := main.c options.c output.c check.c run.c inspect.c inspect_text.c insp
     clock.c \
     config.c \
     configuration.c \
+    certify.c \
+    keygen.c \
+    program.c \
+    verify.c \
     capture.c bus.c plot.c scope.c \
     record.c \
-    machine.c \
     reports.c \
+    machine.c \
     scenario.c \
     device.c \
     eeprom.c \
@@ -160,18 +181,32 @@ CLI_SRC := main.c options.c output.c check.c run.c inspect.c inspect_text.c insp
 CONFORMANCE_SRC := profile.c rules.c findings.c incidents.c rules_file.c rules_start.c rules_cycle.c \
     rules_cycle_calls.c \
     rules_cycle_motion.c \
+    rules_cycle_access.c \
+    budgets.c \
     rules_same.c \
+    rules_file_code.c \
+    rules_file_exports.c \
+    rules_file_load.c \
+    rules_file_memory.c \
+    rules_file_names.c \
+    rules_file_runtime.c \
     rules_machine.c \
+    rules_preempted.c \
     again.c \
     archive_open.c \
     archive_save.c \
     waivers.c \
     cases.c \
+    certificate.c \
     chronicle.c \
     chronicle_plot.c \
+    envelope.c \
+    keys.c \
     judge.c \
     plan.c \
+    rule_book.c \
     runs.c \
+    suite.c \
     check.c
 SOEM_SRC := ethercatbase.c ethercatcoe.c ethercatconfig.c ethercatdc.c ethercatmain.c ethercatprint.c ethercatsoe.c
 
@@ -230,11 +265,13 @@ bench: $(BUILD)/tgm $(BUILD)/test/bench $(BUILD)/test/bench_bus template-linked 
 
 FUZZ_SECONDS ?= 300
 FUZZERS := fuzz_image fuzz_text \
+    fuzz_image_deep \
     fuzz_segment \
     fuzz_faults \
     fuzz_code \
     fuzz_scenario \
     fuzz_device \
+    fuzz_certificate \
     fuzz_config \
     fuzz_text16 \
     fuzz_evidence \
@@ -346,7 +383,12 @@ FUZZ_CC := clang -std=gnu11 -g -O1 $(INCLUDE) -fsanitize=fuzzer,address,undefine
 $(BUILD)/fuzz/fuzz_image: tests/fuzz_image.c tests/image_support.c tests/image_support_pe.c $(addprefix harness/image/,$(IMAGE_SRC)) | $(BUILD)/.deps-test
 	@mkdir -p $(@D)
 	@echo "  FUZZ   $@"
-	$(Q)$(FUZZ_CC) -o $@ $(filter %.c,$^) $(LIBS)
+	$(Q)$(FUZZ_CC) -O2 -o $@ $(filter %.c,$^) $(LIBS)
+
+$(BUILD)/fuzz/fuzz_image_deep: tests/fuzz_image.c tests/image_support.c tests/image_support_pe.c $(addprefix harness/image/,$(IMAGE_SRC)) | $(BUILD)/.deps-test
+	@mkdir -p $(@D)
+	@echo "  FUZZ   $@"
+	$(Q)$(FUZZ_CC) -DFUZZ_DEEP -o $@ $(filter %.c,$^) $(LIBS)
 
 $(BUILD)/fuzz/fuzz_code: tests/fuzz_code.c $(addprefix harness/image/,$(IMAGE_SRC)) | $(BUILD)/.deps-test
 	@mkdir -p $(@D)
@@ -362,6 +404,11 @@ $(BUILD)/fuzz/fuzz_config: tests/fuzz_config.c $(addprefix harness/host/,config.
 	@mkdir -p $(@D)
 	@echo "  FUZZ   $@"
 	$(Q)$(FUZZ_CC) -o $@ $(filter %.c,$^) -linih
+
+$(BUILD)/fuzz/fuzz_certificate: tests/fuzz_certificate.c $(addprefix conformance/,certificate.c envelope.c keys.c) harness/report/report.c | $(BUILD)/.deps-test
+	@mkdir -p $(@D)
+	@echo "  FUZZ   $@"
+	$(Q)$(FUZZ_CC) -o $@ $(filter %.c,$^) -ljansson -lsodium
 
 $(BUILD)/fuzz/fuzz_text16: tests/fuzz_text16.c harness/host/text16.c harness/machine/arguments.c | $(BUILD)/.deps-test
 	@mkdir -p $(@D)

@@ -79,6 +79,8 @@ static void note_unrunnable(struct check *check, const struct profile *profile)
                  "the file is not a module that this profile loads (rule file-format)");
         return;
     }
+    if (image->format == IMAGE_FORMAT_FLAT)
+        return; /* what it has is known when GetProcAddress has been called */
     for (const char *const *name = profile->exports; *name != NULL; name++) {
         const struct image_symbol *symbol = image_export(image, *name);
         if (symbol != NULL && symbol->executable)
@@ -106,6 +108,8 @@ static void fill_report(struct check *check, const struct check_options *options
     report->target = check->image->target_name;
     report->profile = options->profile->name;
     report->profile_title = title;
+    rule_book_hash(check->rule_book);
+    report->rule_book = check->rule_book;
     report->seed = options->seed;
     report->selection = options->rules;
     report->strict = options->strict;

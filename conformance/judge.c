@@ -101,6 +101,8 @@ int check_judge(struct check *check, const struct check_options *options)
         .scenario_count = options->scenario_count,
         .cannot_run = check->cannot_run,
     };
+    report->budgets = check->budgets;
+    report->budget_count = budgets_report(&file, check->budgets);
     list_waivers(check, options);
     for (size_t i = 0; i < report->rule_count; i++) {
         judge_rule(check, options, &file, i);

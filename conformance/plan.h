@@ -40,6 +40,7 @@ struct experiment_row {
                             again: globals hold what they held; 0: never */
     bool digest;         /* what it did to the registers is compared with others' */
     bool instrumented;   /* on the instrumented machine */
+    bool traced;         /* there, and every access is written down (host/audit.h) */
     struct host_preempt preempt; /* how Program_01 to 03 are interrupted */
     const char *faults; /* script of what goes wrong on the bus (docs/faults.md); NULL: nothing */
 };

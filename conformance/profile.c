@@ -36,6 +36,12 @@ static const char *const five_exports[] = { "Program_Ini", "Program_01", "Progra
         IMAGE_FORMAT_FLAT, IMAGE_TARGET_ARM, "a flat Arm image (.bin)"                             \
     }
 
+/* The manual gives the controllers' modules 8 MiB at a fixed address, and no figure elsewhere, nor
+ * one for the stack: those are ours (docs/decisions.md, H18). */
+#define REGION_CONTROLLER IMAGE_FLAT_REGION
+#define REGION_OPEN       (64u << 20)
+#define STACK_ALL         (64u << 10)
+
 static const struct profile profiles[] = {
 #define PROFILE(...) { __VA_ARGS__ },
 #include "conformance/profiles/pc4.def"
@@ -68,6 +74,14 @@ bool profile_loads(const struct profile *profile, const struct image *image)
             profile->formats[i].target == image->target)
             return true;
     return false;
+}
+
+const struct profile *profile_of_image(const struct image *image)
+{
+    for (size_t i = 0; profile_at(i) != NULL; i++)
+        if (profile_loads(profile_at(i), image))
+            return profile_at(i);
+    return NULL;
 }
 
 const char *profile_wanted(const struct profile *profile, char text[PROFILE_WANTED])

@@ -9,6 +9,7 @@
 
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdint.h>
 
 #include "host/product.h"
 #include "image/image.h"
@@ -32,6 +33,8 @@ struct profile {
     struct profile_format formats[PROFILE_FORMATS];
     const char *const *exports; /* names a module must export, and no others; ends with NULL */
     const char *optional;       /* one that it may export; NULL: none */
+    uint64_t region_bytes;      /* memory that there is for the module */
+    uint32_t stack_bytes;       /* stack that one call of it may take */
 };
 
 /* By name or index, NULL when there is none. */
@@ -40,6 +43,9 @@ const struct profile *profile_at(size_t index);
 
 /* Whether the image is of a kind that the profile loads, whatever else is wrong with it. */
 bool profile_loads(const struct profile *profile, const struct image *image);
+/* The first profile that loads the image: pc4 for ELF64 and PE, tgmmini for ELF32, tgmcontroller for
+ * flat images. NULL when none does, as for a file that is no module. */
+const struct profile *profile_of_image(const struct image *image);
 /* All kinds: "an ELF64 x86-64 shared object or a PE32 DLL for i386". */
 const char *profile_wanted(const struct profile *profile, char text[PROFILE_WANTED]);
 

@@ -4,6 +4,7 @@
 
 #include <errno.h>
 #include <inttypes.h>
+#include <malloc.h>
 #include <pthread.h>
 #include <stdatomic.h>
 #include <stdio.h>
@@ -61,6 +62,9 @@ static void run_all(struct queue *queue)
     pthread_t threads[JOBS_MOST];
     const unsigned jobs = jobs_of(queue->options);
     unsigned made = 1;
+    /* A worker inherits the heap of the thread that made it, and one that is not the main heap
+     * grows in a way that a sealed process is forbidden. */
+    mallopt(M_ARENA_MAX, 1);
     while (made < jobs && made < (unsigned)queue->count &&
            pthread_create(&threads[made], NULL, work, queue) == 0)
         made++;

@@ -10,7 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "image/image_private.h"
+#include "image/census.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
@@ -33,6 +33,14 @@ static const struct kind {
 static void check(const struct image_routine *routine, size_t size)
 {
     if (routine->limit > IMAGE_STACK_UNKNOWN || routine->size > size + 64)
+        abort();
+}
+
+static void check_special(const struct image_special *special, uint64_t at, size_t size)
+{
+    if (special->vaddr < at || special->vaddr >= at + size ||
+        special->kind > IMAGE_SPECIAL_MACHINE ||
+        memchr(special->text, '\0', sizeof special->text) == NULL)
         abort();
 }
 
@@ -73,7 +81,13 @@ static void measure(const struct kind *kind, const uint8_t *head, uint8_t *bytes
                                  .symbol_count = ROUTINES,
                                  .relocs = relocs,
                                  .reloc_count = kind->format == IMAGE_FORMAT_FLAT ? 0 : POINTERS };
-    stack_measure(&image, routines, ROUTINES);
+    struct census *census = calloc(1, sizeof *census);
+    if (census == NULL)
+        return;
+    stack_measure(&image, routines, ROUTINES, census);
+    for (size_t i = 0; i < census->special_count; i++)
+        check_special(&census->specials[i], kind->at, size);
+    free(census);
     for (unsigned i = 0; i < ROUTINES; i++)
         check(&routines[i], size);
 }

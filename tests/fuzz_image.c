@@ -2,9 +2,15 @@
 /*
  * fuzz_image.c - any bytes at all: whatever comes out keeps the promises of image.h.
  *
- * Needs no corpus: the mutator starts from the complete little modules of image_support.h and
- * image_support_pe.h. Real modules as seeds help all the same; Arm has no others. What has no magic
- * number is called .bin, so that it may be a flat image.
+ * Needs no corpus: the mutator starts from complete little modules, ELF64, both kinds of PE and a
+ * flat image. Real modules as seeds (make fuzz has them) help all the same; of ELF for Arm there
+ * are no others. What has no magic number is called .bin, so that it may be a flat image.
+ *
+ * FUZZ_FORMAT=elf, pe or flat in the environment keeps to one of them. At the end it says how many
+ * inputs were of which, and how many of them were modules.
+ *
+ * Built a second time with FUZZ_DEEP it looks at debug information and machine code, too, which
+ * takes a process and therefore its time (fuzz_image_deep).
  */
 #include <stdio.h>
 #include <stdlib.h>
@@ -14,10 +20,52 @@
 #include "image_support.h"
 #include "image_support_pe.h"
 
+int LLVMFuzzerInitialize(int *argument_count, char ***arguments);
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 size_t LLVMFuzzerCustomMutator(uint8_t *data, size_t size, size_t max_size, unsigned int seed);
 size_t LLVMFuzzerMutate(uint8_t *data, size_t size, size_t max_size);
 
+enum format { ELF, PE, FLAT, FORMATS };
+
+static const struct {
+    const char *name, *magic;
+    size_t magic_size;
+} formats[FORMATS] = { { "elf", "\177ELF", 4 }, { "pe", "MZ", 2 }, { "flat", "", 0 } };
+
+static struct {
+    unsigned long long inputs, modules;
+} seen[FORMATS];
+static int only = FORMATS;
+
+static enum format format_of(const uint8_t *data, size_t size)
+{
+    enum format format = ELF;
+    while (size < formats[format].magic_size ||
+           memcmp(data, formats[format].magic, formats[format].magic_size) != 0)
+        format++;
+    return format;
+}
+
+static void say_what_was_seen(void)
+{
+    for (int i = 0; i < FORMATS; i++)
+        fprintf(stderr, "%s: %llu inputs, %llu of them modules\n", formats[i].name, seen[i].inputs,
+                seen[i].modules);
+}
+
+int LLVMFuzzerInitialize(int *argument_count, char ***arguments)
+{
+    const char *wanted = getenv("FUZZ_FORMAT");
+    (void)argument_count;
+    (void)arguments;
+    for (int i = 0; i < FORMATS; i++)
+        if (wanted != NULL && strcmp(wanted, formats[i].name) == 0)
+            only = i;
+    atexit(say_what_was_seen);
+    return 0;
+}
+
+#ifdef FUZZ_DEEP
 static void look_at_places(const struct image *image)
 {
     struct image_place place;
@@ -42,23 +90,36 @@ static void look_at_code(const struct image *image)
     stack_measure(image, routines, count);
 }
 
+static void look_deeper(const struct image *image)
+{
+    /* Debug information costs a process: one input in sixteen, the same ones each time. */
+    if (!image->has_debug_lines || image->sha256[0] == '0')
+        look_at_places(image);
+    look_at_code(image);
+}
+#else
+static void look_deeper(const struct image *image)
+{
+    (void)image;
+}
+#endif
+
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
     struct image *image;
     char why[IMAGE_WHY];
-    bool magic = size >= 2 && (memcmp(data, "MZ", 2) == 0 || memcmp(data, "\177E", 2) == 0);
-    if (image_open_memory(&image, magic ? "fuzz" : "fuzz.bin", data, size, why) != 0)
+    const enum format format = format_of(data, size);
+    if (image_open_memory(&image, format != FLAT ? "fuzz" : "fuzz.bin", data, size, why) != 0)
         return 0;
     const char *broken = image_broken_promise(image);
     if (broken != NULL) {
         fprintf(stderr, "broken promise: %s\n", broken);
         abort();
     }
+    seen[format].inputs++;
+    seen[format].modules += image->defect[0] == '\0';
     image_export(image, "Program_01");
-    /* Debug information costs a process: one input in sixteen, the same ones each time. */
-    if (!image->has_debug_lines || image->sha256[0] == '0')
-        look_at_places(image);
-    look_at_code(image);
+    look_deeper(image);
     image_close(image);
     return 0;
 }
@@ -86,20 +147,54 @@ static void change_field(uint8_t *data, size_t size, unsigned int seed)
     memcpy(data + at, &value, width);
 }
 
+/* A flat image of one function and the SDK's table of two exports. */
+static size_t flat_module(uint8_t *data)
+{
+    static const char magic[16] = "TGM-EXPORTS-1";
+    const uint32_t code[] = { 0xe59f1000, 0xe12fff1e, 7 }; /* ldr r1, [pc]; bx lr */
+    const uint32_t head[] = { IMAGE_FLAT_BASE + 16, 2 };
+    memset(data, 0, 128);
+    memcpy(data, code, sizeof code);
+    memcpy(data + 16, magic, sizeof magic);
+    memcpy(data + 32, head, sizeof head);
+    for (uint32_t i = 0; i < 2; i++) {
+        const uint32_t place = IMAGE_FLAT_BASE + 4 * i;
+        memcpy(data + 40 + (size_t)16 * i, &place, sizeof place);
+        memcpy(data + 44 + (size_t)16 * i, i == 0 ? "Program_01" : "Program_02", 10);
+    }
+    return 128;
+}
+
 static size_t start_anew(uint8_t *data, size_t size, size_t max_size, unsigned int choice)
 {
     static struct tiny tiny;
     static struct tiny_pe pe;
+    const unsigned int format = only != FORMATS ? (unsigned int)only : choice % FORMATS;
     if (max_size < sizeof tiny || max_size < TINY_PE_SIZE)
         return size;
-    if (choice % 3 == 0) {
+    switch (format) {
+    case ELF:
         tiny_init(&tiny);
         memcpy(data, &tiny, sizeof tiny);
         return sizeof tiny;
+    case PE:
+        tiny_pe_init(&pe, choice / FORMATS % 2 == 1);
+        memcpy(data, pe.bytes, TINY_PE_SIZE);
+        return TINY_PE_SIZE;
+    default:
+        return flat_module(data);
     }
-    tiny_pe_init(&pe, choice % 3 == 1);
-    memcpy(data, pe.bytes, TINY_PE_SIZE);
-    return TINY_PE_SIZE;
+}
+
+/* Back to the format that is wanted. */
+static size_t keep_format(uint8_t *data, size_t size, size_t max_size, unsigned int seed)
+{
+    if (only == FORMATS || (int)format_of(data, size) == only)
+        return size;
+    if (only == FLAT || size < 64)
+        return start_anew(data, size, max_size, seed);
+    memcpy(data, formats[only].magic, formats[only].magic_size);
+    return size;
 }
 
 size_t LLVMFuzzerCustomMutator(uint8_t *data, size_t size, size_t max_size, unsigned int seed)
@@ -108,9 +203,10 @@ size_t LLVMFuzzerCustomMutator(uint8_t *data, size_t size, size_t max_size, unsi
     if (size < 64 || seed % 64 == 0)
         size = start_anew(data, size, max_size, seed >> 8);
     if (seed % 4 == 1)
-        return LLVMFuzzerMutate(data, size, max_size);
-    change_field(data, size, seed);
+        size = LLVMFuzzerMutate(data, size, max_size);
+    else
+        change_field(data, size, seed);
     if (seed % 4 == 2)
         change_field(data, size, seed * 40503u + 1);
-    return size;
+    return keep_format(data, size, max_size, seed >> 8);
 }

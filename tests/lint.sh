@@ -23,6 +23,7 @@ uses() { # room pattern of what it must not include
 none "only image/elf*.c includes libelf" outside '(libelf|gelf)\.h' '^harness/image/(elf|lines)'
 none "only image/lines*.c includes libdw" outside '(elfutils|dwarf|libdw)' '^harness/image/lines'
 none "only image/code*.c includes Capstone" outside 'capstone' '^harness/image/code'
+none "only machine/instrumented* and cpu_* include Unicorn" outside 'unicorn/.*' '^harness/machine/(instrumented|cpu_)'
 none "only host/config.c includes inih" outside 'ini\.h' '^harness/host/config\.c'
 none "only bus/ includes SOEM" outside 'ethercat|osal|oshw|nicdrv' '^harness/bus/'
 none "only bus/esi*.c includes libxml2" outside 'libxml/.*' '^harness/bus/esi'

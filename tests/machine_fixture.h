@@ -41,15 +41,17 @@ const char *__asan_default_options(void)
 struct fixture {
     struct image *image;
     struct machine *machine;
+    uint64_t *words; /* shared_words() */
 };
 
-/* tests/machine_modules/NAME, built */
+/* tests/machine_modules/NAME, built; a name without an ending is that of a shared object */
 static inline struct image *fixture_image(const char *name)
 {
     char path[4096], why[IMAGE_WHY] = "";
     struct image *image = NULL;
 
-    snprintf(path, sizeof path, "%s/%s.so", TEST_MACHINE_MODULES_DIR, name);
+    snprintf(path, sizeof path, "%s/%s%s", TEST_MACHINE_MODULES_DIR, name,
+             strchr(name, '.') == NULL ? ".so" : "");
     if (image_open(&image, path, why) != 0)
         fail_msg("%s: %s", path, why);
     assert_string_equal(image->defect, "");
@@ -70,6 +72,7 @@ static inline void fixture_close(struct fixture *fixture)
 {
     machine_unload(fixture->machine);
     image_close(fixture->image);
+    fixture->words = NULL;
 }
 
 /* Module address of an exported symbol or label. */
@@ -110,14 +113,26 @@ static inline void *map(const struct fixture *fixture, const char *name, size_t 
     return module;
 }
 
+/* A page that the module can reach, the same until the fixture is closed. */
+static inline uint64_t *shared_words(struct fixture *fixture)
+{
+    if (fixture->words == NULL)
+        fixture->words = map(fixture, "words", 4096, MACHINE_REGION_READ_WRITE, NULL);
+    return fixture->words;
+}
+
 static const struct machine_config plain_config = { .seed = 1, .hang_ns = TEST_HANG_NS };
 
 static struct fixture the_fixture;
+static enum machine_kind fixture_kind; /* of the machines that opened() makes */
 
 /* Called by the test itself, not by its set-up: cmocka puts its own signal handlers in between. */
 static inline struct fixture *opened(const char *module)
 {
-    fixture_open(&the_fixture, module, &plain_config);
+    struct machine_config config = plain_config;
+
+    config.kind = fixture_kind;
+    fixture_open(&the_fixture, module, &config);
     return &the_fixture;
 }
 

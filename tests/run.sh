@@ -55,6 +55,7 @@ step "SDK: what it refuses and how it says so" sh tests/sdk.sh
 step "SDK: support library in real modules" sh tests/sdk_support.sh
 step "SDK: mathematics against a high-precision reference" build/test/math_accuracy 100000
 step "Pascal: template, layouts, what is refused" sh tests/pascal.sh
+step "modules for the 64-bit PC, against elf64" sh tests/windows.sh
 step "tgm new: projects that pass untouched" sh tests/new.sh
 step "what is inside a module: tgm inspect" sh tests/inspect.sh
 step "the program from the outside" sh tests/cli.sh

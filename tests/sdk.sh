@@ -74,8 +74,14 @@ run make -C "$work/m" TGM_GENERATION=5
 [ "$before" != "$(cksum <"$work/m/build/sin.tgm")" ] && pass "another generation builds anew" || fail "another generation builds anew"
 run make -C "$work/m" TGM_GENERATION=5 check
 expect "generation 5 is judged as what it is" 0 "RESULT: PASS" "profile=pc5"
-run make -C "$work/m" TARGET=pe64 check
-expect "another target is not judged, and says so" 2 "not judged or run yet" "Error 3"
+for target in pe64 pe32 tgmmini tgmcontroller; do
+    profile=pc4
+    case $target in tgm*) profile=$target ;; esac
+    run make -C "$work/m" TARGET=$target check
+    expect "the template is judged as built for $target" 0 "RESULT: PASS" "profile=$profile"
+done
+run make -C "$work/m" TARGET=pe64 debug
+expect "a debugger has nothing to do with another target" 2 "debug is for TARGET=elf64"
 
 line=$(grep -n '^long Program_01' "$template" | cut -d: -f1)
 sed 's/^long Program_01/long program_01/' "$template" >"$work/m/sin.c"

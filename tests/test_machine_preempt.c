@@ -13,7 +13,10 @@ static const struct machine_config interruptible = { .seed = 1,
 
 static struct fixture *opened_interruptible(void)
 {
-    fixture_open(&the_fixture, "interrupt", &interruptible);
+    struct machine_config config = interruptible;
+
+    config.kind = fixture_kind;
+    fixture_open(&the_fixture, "interrupt", &config);
     return &the_fixture;
 }
 
@@ -372,7 +375,9 @@ static void a_reload_brings_back_data_and_stack(void **state)
 
 static void a_reload_brings_back_the_poison(void **state)
 {
-    const struct machine_config poisoned = { .seed = 3, .poison = MACHINE_POISON_SEEDED, .hang_ns = TEST_HANG_NS };
+    const struct machine_config poisoned = {
+        .kind = fixture_kind, .seed = 3, .poison = MACHINE_POISON_SEEDED, .hang_ns = TEST_HANG_NS
+    };
     char why[MACHINE_WHY];
     int64_t first;
 
@@ -407,8 +412,8 @@ static void no_reload_under_a_call(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {
 #define TEST(name) cmocka_unit_test_teardown(name, close_fixture)
+    const struct CMUnitTest both[] = {
         TEST(a_word_written_in_halves_is_torn_between_them_and_nowhere_else),
         TEST(a_call_that_ends_before_is_not_interrupted),
         TEST(instructions_are_counted_exactly),
@@ -418,16 +423,21 @@ int main(void)
         TEST(a_hang_inside_an_interrupt_stays_there),
         TEST(a_fault_after_an_interrupt_is_the_modules),
         TEST(the_modules_own_trap_flag_is_still_a_fault),
+        TEST(a_reload_brings_back_data_and_stack),
+        TEST(a_reload_brings_back_the_poison),
+        TEST(no_reload_under_a_call),
+    };
+    const struct CMUnitTest native[] = {
         TEST(services_are_not_interrupted_and_not_counted),
         TEST(the_alarm_interrupts_by_the_wall_clock),
         TEST(alarms_may_come_anywhere),
         TEST(an_alarm_before_the_call_interrupts_its_first_instruction),
         TEST(an_alarm_in_a_service_waits_for_its_end),
-        TEST(a_reload_brings_back_data_and_stack),
-        TEST(a_reload_brings_back_the_poison),
-        TEST(no_reload_under_a_call),
-#undef TEST
     };
+#undef TEST
+    int failed = cmocka_run_group_tests_name("interrupts, native", both, NULL, NULL) +
+                 cmocka_run_group_tests_name("services and alarms", native, NULL, NULL);
 
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    fixture_kind = MACHINE_INSTRUMENTED;
+    return failed + cmocka_run_group_tests_name("interrupts, instrumented", both, NULL, NULL);
 }

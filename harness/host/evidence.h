@@ -32,6 +32,7 @@
 #define EVIDENCE_LINES      64
 #define EVIDENCE_EEPROM     2752
 #define EVIDENCE_INTERRUPTS 64
+#define EVIDENCE_RACES      16
 
 /* Where in the run something was. Cycle counts from 0; before the first cycle it is
  * EVIDENCE_NO_CYCLE. */
@@ -68,6 +69,38 @@ struct evidence_interrupt {
     uint64_t cycle;
     uint64_t pc;           /* module address of the instruction before which it was */
     uint64_t instructions; /* of the call before it; 0 on the real clock */
+};
+
+/* What an interrupt that was tried out led to. */
+enum evidence_race_kind {
+    RACE_NEITHER, /* a word has a value that it has in neither uninterrupted order */
+    RACE_MIXED,   /* of what one function leaves, one word is of the one order, one of the other */
+    RACE_FAILED   /* a function did not return that returns in both orders */
+};
+
+/* A word of memory, eight bytes at a multiple of eight. */
+struct evidence_word {
+    int32_t memory;         /* of the catalogue, by index; -1: the module's own data */
+    uint32_t bit;           /* first of the 32 that are wrong: 0 or 32 */
+    uint64_t offset;        /* in that memory; of the module's own: its address */
+    uint64_t first, second; /* values after: the interrupted function first, the other first */
+    uint64_t found;         /* and when it was interrupted */
+};
+
+/* The first of its kind; what is the same of another cycle or instruction is counted. */
+struct evidence_race {
+    enum evidence_race_kind kind;
+    enum entry entry, by;
+    uint64_t cycle, count;
+    uint64_t pc, instructions;     /* before which instruction, as of an interrupt */
+    struct evidence_word words[2]; /* RACE_MIXED: of the order entry-by, of by-entry; else one */
+    bool has_by_pc;
+    uint64_t by_pc; /* where the interrupting function touches what both use */
+    bool by_writes;
+    struct evidence_word shared; /* what it touches there */
+    enum entry failed;           /* RACE_FAILED: who */
+    enum machine_outcome_kind outcome;
+    struct machine_fault fault;
 };
 
 /* Something that went wrong on the bus because the experiment wanted it. */
@@ -166,6 +199,12 @@ struct evidence {
     struct evidence_eeprom eeprom;
     uint64_t interrupt_count; /* all; the first EVIDENCE_INTERRUPTS are stored */
     struct evidence_interrupt interrupts[EVIDENCE_INTERRUPTS];
+
+    /* PREEMPT_TRIED: calls that were, interrupts of them; how many went wrong, of those the first.
+     */
+    uint64_t tried_calls, tried_points, race_total;
+    unsigned race_count;
+    struct evidence_race races[EVIDENCE_RACES];
 
     unsigned loads;    /* of the module, besides the first */
     bool instrumented; /* the emulated CPU ran it */

@@ -193,6 +193,24 @@ static const struct evidence_row audit[] = {
     { NULL, 0, 0, 0, NULL },
 };
 
+static const struct evidence_row word[] = {
+    { VALUE(evidence_word, memory) }, { VALUE(evidence_word, bit) },
+    { VALUE(evidence_word, offset) }, { VALUE(evidence_word, first) },
+    { VALUE(evidence_word, second) }, { VALUE(evidence_word, found) },
+    { NULL, 0, 0, 0, NULL },
+};
+
+static const struct evidence_row race[] = {
+    { VALUE(evidence_race, kind) },         { VALUE(evidence_race, entry) },
+    { VALUE(evidence_race, by) },           { VALUE(evidence_race, cycle) },
+    { VALUE(evidence_race, count) },        { VALUE(evidence_race, pc) },
+    { VALUE(evidence_race, instructions) }, { PARTS(evidence_race, words, word) },
+    { VALUE(evidence_race, has_by_pc) },    { VALUE(evidence_race, by_pc) },
+    { VALUE(evidence_race, by_writes) },    { PART(evidence_race, shared, word) },
+    { VALUE(evidence_race, failed) },       { VALUE(evidence_race, outcome) },
+    { PART(evidence_race, fault, fault) },  { NULL, 0, 0, 0, NULL },
+};
+
 static const struct evidence_row sketch[] = {
     { VALUE(sketch, cycles) }, { VALUE(sketch, per_bucket) }, { VALUE(sketch, used) },
     { VALUES(sketch, now) },   { GRID(sketch, least) },       { GRID(sketch, greatest) },
@@ -226,6 +244,11 @@ static const struct evidence_row evidence[] = {
     { PART(evidence, eeprom, eeprom) },
     { VALUE(evidence, interrupt_count) },
     { PARTS(evidence, interrupts, interrupt) },
+    { VALUE(evidence, tried_calls) },
+    { VALUE(evidence, tried_points) },
+    { VALUE(evidence, race_total) },
+    { VALUE(evidence, race_count) },
+    { PARTS(evidence, races, race) },
     { VALUE(evidence, loads) },
     { VALUE(evidence, instrumented) },
     { PART(evidence, lookup, lookup) },

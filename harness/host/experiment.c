@@ -156,14 +156,41 @@ static int play(struct job *job, struct evidence *evidence, int pipe_fd, struct 
     return 0;
 }
 
+/* What an instrumented machine sees goes into the tables of the evidence. A process has one
+ * machine. */
+static int trace_open(const struct experiment *experiment, struct host_config *around,
+                      struct evidence *evidence, struct machine_config *config)
+{
+    static struct audit audit;
+    static struct machine_trace trace;
+    const struct product *product = around->product;
+    if (!experiment->traced)
+        return 0;
+    int r = audit_open(&audit, catalogue_find(product->generation, (int)product->memory_id),
+                       &evidence->audit);
+    if (r != 0) {
+        snprintf(evidence->trouble, sizeof evidence->trouble, "no memory for what is traced");
+        return r;
+    }
+    trace = (struct machine_trace){ .access = audit_access, .argument = &audit };
+    config->trace = &trace;
+    around->audit = &audit;
+    return 0;
+}
+
+static bool is_instrumented(const struct experiment *experiment, const struct image *image)
+{
+    char why[MACHINE_WHY];
+    return experiment->instrumented || experiment->traced ||
+           machine_fits(image, MACHINE_NATIVE, why) != 0;
+}
+
 static int prepare(const struct experiment *experiment, struct host_config *around,
                    const struct image *image, uint64_t hang_ns, struct evidence *evidence,
                    struct machine **machine, struct host **host)
 {
-    char why[MACHINE_WHY];
-    evidence->instrumented =
-        experiment->instrumented || machine_fits(image, MACHINE_NATIVE, why) != 0;
-    const struct machine_config config = {
+    evidence->instrumented = is_instrumented(experiment, image);
+    struct machine_config config = {
         .seed = around->seed,
         .kind = evidence->instrumented ? MACHINE_INSTRUMENTED : MACHINE_NATIVE,
         .places = experiment->places,
@@ -172,10 +199,14 @@ static int prepare(const struct experiment *experiment, struct host_config *arou
         .hang_ns = hang_ns,
         .interruptible = experiment->real_clock || around->preempt.mode != PREEMPT_NONE,
     };
-    int r = machine_load(machine, image, &config, evidence->trouble);
+    int r = trace_open(experiment, around, evidence, &config);
+    if (r == 0)
+        r = machine_load(machine, image, &config, evidence->trouble);
     if (r != 0)
         return r;
     evidence->stage = EVIDENCE_LOADED;
+    if (around->preempt.mode == PREEMPT_TRIED && around->preempt.at == 0)
+        around->preempt.at = experiment->cycles;
     if (experiment->real_clock)
         r = realtime_open(&around->real, *machine, around->cycle_us, &evidence->clock,
                           evidence->trouble);
@@ -346,6 +377,7 @@ int experiment_run(const struct experiment *experiment, const struct image *imag
                              experiment->cycles * (experiment->host.cycle_us > 1000
                                                        ? experiment->host.cycle_us * UINT64_C(2000)
                                                        : UINT64_C(2000000)),
+        .memory_bytes = is_instrumented(experiment, image) ? MACHINE_INSTRUMENTED_MEMORY : 0,
     };
     r = worker_run(body, job, shared, &limits, progress != NULL || bulk ? relay : NULL, forward,
                    bulk, &result->worker);

@@ -26,6 +26,7 @@
 #include "host/osc.h"
 #include "host/plc.h"
 #include "host/preempt.h"
+#include "host/races.h"
 #include "host/realtime.h"
 #include "host/scenario_play.h"
 #include "host/schedule.h"
@@ -194,6 +195,7 @@ struct host {
 
     struct plc plc;
     struct preempt preempt;
+    struct races *races;   /* NULL: interrupts are not tried out */
     struct realtime *real; /* NULL: the clock is virtual */
     struct measured measured;
     struct digester *digester; /* NULL: no digest is wanted */

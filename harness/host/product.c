@@ -15,14 +15,14 @@ static const uint32_t controller_cycle_times[] = { 100,  200,  250,  500,  1000,
     .max_dio = 16, .cycle_times_us = pc_cycle_times, .default_cycle_us = 500,                      \
     .schedule = SCHEDULE_PC,                                                                       \
     .periods = { { 100, 0, 0, false }, { 100, 0, 0, false }, { 100, 0, 0, false } },               \
-    .program_period_us = { 10000, 5000, 1000 }, .budget = { 20, 10, 10 }, .entries = 6
+    .program_period_us = { 10000, 5000, 1000 }, .budget = { 20, 10, 10, 1000 }, .entries = 6
 
 #define CONTROLLER                                                                                 \
     .max_servo = 64, .max_dio = 16, .max_interpolator = 3,                                         \
     .cycle_times_us = controller_cycle_times, .default_cycle_us = 500,                             \
     .schedule = SCHEDULE_CONTROLLER, .tick_us = 200, .margin_us = 100,                             \
     .periods = { { 0, 0, 0, false }, { 200, 0, 200, true }, { 200, 0, 200, true } },               \
-    .program_period_us = { 0, 400, 800 }, .budget = { 0, 50, 0 }, .entries = 5,                    \
+    .program_period_us = { 0, 400, 800 }, .budget = { 0, 50, 0, 300 }, .entries = 5,                    \
     .osc_bytes = 32 * MIB, .osc_least = 32 * MIB, .osc_most = 32 * MIB, .text8 = true
 
 #define LAYOUT_421                                                                                 \

@@ -186,6 +186,7 @@ static bool decode(struct code *code, const uint8_t **bytes, size_t *size, uint6
         return false;
     insn.size = (uint8_t)scratch->size;
     *id = scratch->id;
+    insn.special = (uint8_t)code_special(code, scratch, thumb);
     if (code->image->target == IMAGE_TARGET_ARM)
         code_arm(code, &insn, scratch);
     else

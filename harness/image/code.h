@@ -70,7 +70,8 @@ struct code_insn {
     uint16_t op_count;
     uint16_t pops; /* CODE_RETURN: bytes that it takes off beyond the return address */
     uint8_t size, flow, condition;
-    int8_t value; /* register of CODE_JUMP_VALUE, CODE_CALL_VALUE */
+    int8_t value;    /* register of CODE_JUMP_VALUE, CODE_CALL_VALUE */
+    uint8_t special; /* enum image_special_kind */
     bool thumb, target_thumb;
 };
 
@@ -110,6 +111,8 @@ const struct code_insn *code_at(struct code *code, uint64_t vaddr, bool thumb);
 bool code_is_absolute(const struct code *code, uint64_t number, uint64_t *vaddr);
 /* Lies in the file's part of an executable segment. */
 bool code_is_code(const struct code *code, uint64_t vaddr);
+/* The instruction there in the processor's own words, "?" when there is none. */
+void code_text(struct code *code, uint64_t vaddr, bool thumb, char *text, size_t size);
 
 /* ---- for code_x86.c and code_arm.c ---- */
 
@@ -118,5 +121,8 @@ void code_op(struct code *code, struct code_insn *insn, struct code_op op);
 struct cs_insn;
 void code_x86(struct code *code, struct code_insn *insn, const struct cs_insn *from);
 void code_arm(struct code *code, struct code_insn *insn, const struct cs_insn *from);
+/* code_special.c */
+enum image_special_kind code_special(const struct code *code, const struct cs_insn *from,
+                                     bool thumb);
 
 #endif

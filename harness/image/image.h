@@ -208,6 +208,9 @@ struct image {
      */
     uint64_t relro_begin, relro_end;
     bool has_debug_lines;
+    /* The file that this one says its debug information is in (PE: a .pdb), NULL when none. It is
+     * not read and need not be there. */
+    const char *debug_file;
 
     void *lines;    /* private to lines.c */
     void *routines; /* private to stack.c */
@@ -287,5 +290,53 @@ struct image_routine {
  * limit is IMAGE_STACK_UNKNOWN.
  */
 const struct image_routine *image_routine(const struct image *image, uint64_t vaddr);
+
+/* Instructions that no computation needs. */
+enum image_special_kind {
+    IMAGE_SPECIAL_NONE,
+    IMAGE_SPECIAL_SYSTEM,     /* asks an operating system, monitor or debugger: syscall, int, svc */
+    IMAGE_SPECIAL_PRIVILEGED, /* commands the processor or the machine: in, out, hlt, cli, wfi, mcr
+                               */
+    IMAGE_SPECIAL_THREAD,     /* reads or writes an operating system's thread block: fs:, gs: */
+    IMAGE_SPECIAL_MACHINE     /* its answer depends on machine and moment: rdtsc, cpuid, rdrand */
+};
+
+/* How it was come by. */
+enum image_special_how {
+    IMAGE_SPECIAL_REACHED,   /* control reaches it from an export or the entry point */
+    IMAGE_SPECIAL_POINTER,   /* from a function that the module has the address of */
+    IMAGE_SPECIAL_UNREACHED, /* it is in a function that nothing was seen to lead to */
+    IMAGE_SPECIAL_BYTES /* bytes like it in executable memory, outside all code that was seen */
+};
+
+struct image_special {
+    uint64_t vaddr;
+    uint64_t from; /* the export, entry point or function that led there first; BYTES: vaddr */
+    enum image_special_kind kind;
+    enum image_special_how how;
+    char text[48]; /* "mov eax, dword ptr fs:[0x28]", printable */
+};
+
+/* Where an import is used. */
+struct image_user {
+    bool found;
+    uint64_t vaddr; /* the first instruction that uses it, itself and not a linker's stub */
+};
+
+/* What the module's code consists of. */
+struct image_code {
+    bool known; /* false: there could be no process to look in, or it did not end well */
+    /* Everything that control can reach has been seen, supposing that pointers to functions point
+     * to functions. Else lost is the first jump that could not be followed. */
+    bool complete;
+    uint64_t lost;
+    bool entry_idle;                      /* the entry point returns at once and changes nothing */
+    const struct image_special *specials; /* by how, then vaddr; 256 at most */
+    size_t special_count;
+    const struct image_user *users; /* by import */
+};
+
+/* Never NULL. The work is that of image_routine(), done once for both. */
+const struct image_code *image_code(const struct image *image);
 
 #endif

@@ -102,8 +102,11 @@ struct stack_routines;
 struct stack_routines *stack_new(void);
 void stack_free(struct stack_routines *routines);
 
-/* The work of image_routine(), for the child: fills everything but vaddr. */
-void stack_measure(const struct image *image, struct image_routine *routines, size_t count);
+/* The work of image_routine() and image_code(), for the child: fills everything but vaddr, and a
+ * census that was zero (census.h). */
+struct census;
+void stack_measure(const struct image *image, struct image_routine *routines, size_t count,
+                   struct census *census);
 
 /*
  * Reads the debug information of an image. libdw is handed hostile bytes here, so it works in a

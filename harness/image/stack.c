@@ -15,11 +15,12 @@
 
 #define MAX_ROUTINES 4096u
 
-/* Written by the child, untrusted; the addresses are the parent's. */
+/* Written by the child, untrusted; the addresses of the routines are the parent's. */
 struct block {
     uint32_t complete;
     size_t count;
     struct image_routine routines[MAX_ROUTINES];
+    struct census census; /* its users[] follow */
 };
 
 /* ---- functions whose address the module has ---- */
@@ -135,7 +136,7 @@ static void walk_taken(struct stack *stack, size_t walked)
     }
 }
 
-static bool is_thumb(const struct image *image, uint64_t vaddr)
+bool stack_is_thumb(const struct image *image, uint64_t vaddr)
 {
     const struct image_symbol *symbol = function_symbol(image, vaddr);
     return symbol != NULL && symbol->thumb;
@@ -168,13 +169,15 @@ static void free_stack(struct stack *stack)
     free(stack->taken);
     free(stack->taken_functions);
     free(stack->tables);
+    free(stack->jumps);
     code_map_free(&stack->function_of);
     code_map_free(&stack->returns);
     code_map_free(&stack->is_taken);
     code_close(&stack->code);
 }
 
-void stack_measure(const struct image *image, struct image_routine *routines, size_t count)
+void stack_measure(const struct image *image, struct image_routine *routines, size_t count,
+                   struct census *census)
 {
     struct stack stack = { 0 };
     uint32_t *roots = calloc(count + 1, sizeof roots[0]);
@@ -183,13 +186,14 @@ void stack_measure(const struct image *image, struct image_routine *routines, si
         return;
     }
     for (size_t i = 0; i < count; i++)
-        roots[i] =
-            stack_function_at(&stack, routines[i].vaddr, is_thumb(image, routines[i].vaddr), 1);
+        roots[i] = stack_function_at(&stack, routines[i].vaddr,
+                                     stack_is_thumb(image, routines[i].vaddr), 1);
     const size_t walked = walk_new(&stack, 0);
     if (stack.pointers)
         walk_taken(&stack, walked);
     for (size_t i = 0; i < count; i++)
         describe(&stack, &routines[i], roots[i]);
+    census_take(&stack, routines, count, census);
     free_stack(&stack);
     free(roots);
 }
@@ -200,6 +204,9 @@ struct stack_routines {
     bool tried;
     struct image_routine *routines; /* ascending */
     size_t count;
+    struct image_code code;
+    struct image_special *specials;
+    struct image_user *users;
 };
 
 struct stack_routines *stack_new(void)
@@ -212,13 +219,15 @@ void stack_free(struct stack_routines *routines)
     if (routines == NULL)
         return;
     free(routines->routines);
+    free(routines->specials);
+    free(routines->users);
     free(routines);
 }
 
 static void in_child(const struct image *image, void *shared)
 {
     struct block *block = shared;
-    stack_measure(image, block->routines, block->count);
+    stack_measure(image, block->routines, block->count, &block->census);
     block->complete = 1;
 }
 
@@ -259,22 +268,73 @@ static void take_over(struct image_routine *own, const struct image_routine *ans
     }
 }
 
+static bool is_special(const struct image *image, const struct image_special *special)
+{
+    return special->vaddr >= image->span_begin && special->vaddr < image->span_end &&
+           (unsigned)special->kind <= IMAGE_SPECIAL_MACHINE &&
+           (unsigned)special->how <= IMAGE_SPECIAL_BYTES;
+}
+
+static void make_printable(char *text, size_t size)
+{
+    text[size - 1] = '\0';
+    for (; *text != '\0'; text++)
+        if (*text < 0x20 || *text > 0x7e)
+            *text = '?';
+}
+
+static void take_census(const struct image *image, struct stack_routines *routines,
+                        const struct census *census)
+{
+    struct image_code *code = &routines->code;
+    const size_t count =
+        census->special_count < CENSUS_SPECIALS ? census->special_count : CENSUS_SPECIALS;
+    routines->specials = calloc(count + 1, sizeof routines->specials[0]);
+    routines->users = calloc(image->import_count + 1, sizeof routines->users[0]);
+    if (routines->specials == NULL || routines->users == NULL)
+        return;
+    for (size_t i = 0; i < count; i++) {
+        struct image_special *special = &routines->specials[code->special_count];
+        *special = census->specials[i];
+        make_printable(special->text, sizeof special->text);
+        code->special_count += is_special(image, special);
+    }
+    memcpy(routines->users, census->users, image->import_count * sizeof routines->users[0]);
+    code->known = true;
+    code->complete = census->complete;
+    code->lost = census->lost;
+    code->entry_idle = census->entry_idle;
+    code->specials = routines->specials;
+    code->users = routines->users;
+}
+
 static void load(const struct image *image, struct stack_routines *routines)
 {
-    struct block *block = mmap(NULL, sizeof *block, PROT_READ | PROT_WRITE,
-                               MAP_SHARED | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+    const size_t size = sizeof(struct block) + image->import_count * sizeof(struct image_user);
+    struct block *block =
+        mmap(NULL, size, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
     routines->tried = true;
     if (block == MAP_FAILED)
         return;
     const size_t count = block->count = list_routines(image, block->routines);
     routines->routines = calloc(count + 1, sizeof routines->routines[0]);
-    if (routines->routines != NULL && count != 0) {
+    if (routines->routines != NULL) {
         routines->count = count;
         memcpy(routines->routines, block->routines, count * sizeof block->routines[0]);
-        if (image_in_child(in_child, image, block) && block->complete == 1)
+        if (image_in_child(in_child, image, block) && block->complete == 1) {
             take_over(routines->routines, block->routines, count);
+            take_census(image, routines, &block->census);
+        }
     }
-    munmap(block, sizeof *block);
+    munmap(block, size);
+}
+
+const struct image_code *image_code(const struct image *image)
+{
+    struct stack_routines *routines = image->routines;
+    if (!routines->tried)
+        load(image, routines);
+    return &routines->code;
 }
 
 const struct image_routine *image_routine(const struct image *image, uint64_t vaddr)

@@ -14,6 +14,7 @@
 #ifndef HARNESS_IMAGE_STACK_H
 #define HARNESS_IMAGE_STACK_H
 
+#include "image/census.h"
 #include "image/code.h"
 
 enum stack_kind {
@@ -86,6 +87,19 @@ struct stack_range {
     uint64_t begin, end;
 };
 
+/* Where a jump or call through a register or table leads, as far as the walks know. */
+enum stack_jump_kind {
+    STACK_JUMP_TO,  /* target; a call may lead elsewhere, too */
+    STACK_JUMP_OUT, /* a return, or a last call through a pointer */
+    STACK_JUMP_LOST /* and elsewhere, too */
+};
+struct stack_jump {
+    uint64_t where; /* the instruction */
+    uint64_t target;
+    enum stack_jump_kind kind;
+    bool thumb; /* target is Thumb code */
+};
+
 struct stack {
     struct code code;
     struct stack_function *functions;
@@ -99,10 +113,15 @@ struct stack {
     size_t taken_function_count;
     struct stack_range *tables; /* jump tables */
     size_t table_count;
+    struct stack_jump *jumps;
+    size_t jump_count;
     bool pointers; /* there are calls through a pointer that may reach the module's own functions */
     uint64_t steps;
     bool exhausted; /* memory, or a limit of this analysis */
 };
+
+/* stack.c: whether the function there is Thumb code, as far as symbols say. */
+bool stack_is_thumb(const struct image *image, uint64_t vaddr);
 
 /* stack_values.c */
 /* Executes the operations of an instruction. *own grows with what they reach. False when the stack

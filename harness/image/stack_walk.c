@@ -15,6 +15,7 @@
 #define MAX_NODES     (1u << 16) /* instructions of one function */
 #define MAX_FUNCTIONS (1u << 14)
 #define MAX_RISES     32u
+#define MAX_JUMPS     (1u << 20)
 #define MAX_PADDING   32u /* bytes between two parts of a function that nothing reaches */
 
 struct node {
@@ -241,6 +242,18 @@ static void call_function(struct walk *walk, const struct code_insn *insn,
         after_call(walk, &copy, state, pops);
 }
 
+static void note_jump(struct walk *walk, uint64_t where, enum stack_jump_kind kind, uint64_t target,
+                      bool thumb)
+{
+    struct stack *stack = walk->stack;
+    if (stack->jump_count < MAX_JUMPS &&
+        image_make_room(&stack->jumps, stack->jump_count, sizeof stack->jumps[0]))
+        stack->jumps[stack->jump_count++] =
+            (struct stack_jump){ .where = where, .target = target, .kind = kind, .thumb = thumb };
+    else
+        stack->exhausted = true;
+}
+
 /* Through a pointer: one of TG Motion's functions, or one whose address the module has. */
 static void call_pointer(struct walk *walk, const struct code_insn *insn,
                          const struct stack_state *state, const struct stack_value *value,
@@ -260,6 +273,7 @@ static void call_value(struct walk *walk, const struct code_insn *insn, struct s
     bool thumb;
     if (value.kind == STACK_PLACE) {
         const uint64_t vaddr = without_thumb(walk, (uint64_t)value.n, &thumb);
+        note_jump(walk, insn->vaddr, STACK_JUMP_TO, vaddr, thumb);
         call_function(walk, insn, state, vaddr, thumb);
         return;
     }
@@ -286,6 +300,12 @@ static void note_table(struct walk *walk, const struct stack_value *value)
             (struct stack_range){ value->table, value->table + size };
 }
 
+static void lose_jump(struct walk *walk, uint64_t where)
+{
+    note_jump(walk, where, STACK_JUMP_LOST, 0, false);
+    give_up(walk, IMAGE_STACK_JUMP, where);
+}
+
 static void jump_table(struct walk *walk, const struct code_insn *insn,
                        const struct stack_state *state, const struct stack_value *value)
 {
@@ -295,15 +315,16 @@ static void jump_table(struct walk *walk, const struct code_insn *insn,
     for (uint64_t i = 0; i <= (uint64_t)value->n; i++) {
         uint64_t vaddr;
         if (!stack_place(walk->stack, value, i, &vaddr)) {
-            give_up(walk, IMAGE_STACK_JUMP, copy.vaddr);
+            lose_jump(walk, copy.vaddr);
             return;
         }
         if (copy.thumb)
             vaddr &= ~(uint64_t)1;
         if (!code_is_code(&walk->stack->code, vaddr)) {
-            give_up(walk, IMAGE_STACK_JUMP, copy.vaddr);
+            lose_jump(walk, copy.vaddr);
             return;
         }
+        note_jump(walk, copy.vaddr, STACK_JUMP_TO, vaddr, copy.thumb);
         go_to(walk, vaddr, copy.thumb, state);
     }
 }
@@ -315,9 +336,11 @@ static void jump_value(struct walk *walk, const struct code_insn *insn,
     bool thumb;
     switch (value->kind) {
     case STACK_RETURN:
+        note_jump(walk, insn->vaddr, STACK_JUMP_OUT, 0, false);
         return;
     case STACK_PLACE: {
         const uint64_t vaddr = without_thumb(walk, (uint64_t)value->n, &thumb);
+        note_jump(walk, insn->vaddr, STACK_JUMP_TO, vaddr, thumb || insn->thumb);
         jump(walk, insn, state, vaddr, thumb || insn->thumb);
         return;
     }
@@ -326,16 +349,19 @@ static void jump_value(struct walk *walk, const struct code_insn *insn,
         jump_table(walk, insn, state, value);
         return;
     case STACK_OUTSIDE:
+        note_jump(walk, insn->vaddr, STACK_JUMP_OUT, 0, false);
         call_pointer(walk, insn, state, value, 0);
         return;
     default:
         break;
     }
     /* With nothing of its own left on the stack, it is the last call of a function. */
-    if (value->kind != STACK_TABLED && depth_of(walk, state) == 0)
-        call_pointer(walk, insn, state, value, 0);
-    else
-        give_up(walk, IMAGE_STACK_JUMP, insn->vaddr);
+    if (value->kind == STACK_TABLED || depth_of(walk, state) != 0) {
+        lose_jump(walk, insn->vaddr);
+        return;
+    }
+    note_jump(walk, insn->vaddr, STACK_JUMP_OUT, 0, false);
+    call_pointer(walk, insn, state, value, 0);
 }
 
 static void follow(struct walk *walk, const struct code_insn *insn, struct stack_state *state)

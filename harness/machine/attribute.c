@@ -61,10 +61,14 @@ static bool follows_call(const struct machine *machine, uint64_t address)
 
 static bool find_return_address(const struct machine *machine, uint64_t sp, uint64_t *found)
 {
-    for (unsigned i = 0; i < SCAN_WORDS; i++, sp += sizeof *found) {
+    const unsigned word = machine->pointer_size;
+
+    for (unsigned i = 0; i < SCAN_WORDS; i++, sp += word) {
         if (sp - (uint64_t)machine->stack > machine->stack_size - sizeof *found)
             return false;
         *found = machine_peek(sp);
+        if (word < sizeof *found)
+            *found &= UINT32_MAX;
         if (follows_call(machine, *found))
             return true;
     }

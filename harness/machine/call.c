@@ -32,6 +32,11 @@ static const struct {
     { STATE_SEEN_X87, UINT64_MAX, MACHINE_ABI_X87_CONTROL },
     { STATE_SEEN_X87TAG, UINT64_MAX, MACHINE_ABI_X87_STACK },
     { STATE_SEEN_FS, UINT64_MAX, MACHINE_ABI_FS },
+    { STATE_SEEN_DI, UINT64_MAX, MACHINE_ABI_RDI },
+    { STATE_SEEN_SI, UINT64_MAX, MACHINE_ABI_RSI },
+    { STATE_SEEN_XMM, UINT64_MAX, MACHINE_ABI_XMM },
+    { STATE_SEEN_GS, UINT64_MAX, MACHINE_ABI_GS },
+    { STATE_SEEN_WINDOWS_X87, UINT64_MAX, MACHINE_ABI_X87_CONTROL },
 };
 
 static unsigned what_was_broken(void)
@@ -66,9 +71,10 @@ static void forget_frames(const struct machine *machine)
 #endif
 }
 
-static __attribute__((noinline)) void irregular(const struct machine *machine, uint64_t how,
-                                                struct machine_outcome *outcome)
+__attribute__((noinline)) void machine_irregular(const struct machine *machine, uint64_t how,
+                                                 struct machine_outcome *outcome)
 {
+    machine_thread_block_restore();
     if (how == LEFT_BROKEN) {
         outcome->kind = MACHINE_RETURNED;
         outcome->abi_broken = what_was_broken();
@@ -99,13 +105,14 @@ void machine_native_call(struct machine *machine, uint64_t function, void *argum
     if (machine->config.interruptible)
         machine_level_end(machine);
     if (__builtin_expect(left.how != LEFT_CLEAN, 0))
-        irregular(machine, left.how, outcome);
+        machine_irregular(machine, left.how, outcome);
 }
 
 void machine_native_service_enter(struct machine *machine, const char *service,
                                   void *return_address)
 {
     if (machine_incident.service_depth == 0) {
+        machine->served++;
         if (machine->config.interruptible)
             machine_service_steps(machine, false);
         machine_incident.service = service;

@@ -165,7 +165,7 @@ static void say_why(int sig, const siginfo_t *info, uint64_t ip)
  * does that itself for an exception while its signal is blocked: repeat it here, or let the
  * interrupted instruction repeat it.
  */
-static void die(int sig, const siginfo_t *info, ucontext_t *context)
+void machine_die(int sig, const siginfo_t *info, ucontext_t *context)
 {
     sigfillset(&context->uc_sigmask);
     say_why(sig, info, (uint64_t)context->uc_mcontext.gregs[REG_RIP]);
@@ -189,7 +189,7 @@ void machine_on_signal(int sig, siginfo_t *info, void *context)
         if (machine == NULL || info->si_code != SI_TIMER || !machine_watchdog_tick(machine, ip))
             return;
     } else if (machine == NULL || info->si_code <= 0 || !machine_state.active) {
-        die(sig, info, interrupted);
+        machine_die(sig, info, interrupted);
         return;
     }
     machine_state.active = 0;

@@ -29,6 +29,10 @@ static const struct {
     bool native;
 } targets[] = {
     { IMAGE_FORMAT_ELF64, IMAGE_TARGET_X86_64, "ELF64 modules for x86-64", 8, true },
+    { IMAGE_FORMAT_PE, IMAGE_TARGET_X86_64, "PE modules for x86-64", 8, true },
+    { IMAGE_FORMAT_PE, IMAGE_TARGET_I386, "PE modules for i386", 4, false },
+    { IMAGE_FORMAT_ELF32, IMAGE_TARGET_ARM, "ELF32 modules for Arm", 4, false },
+    { IMAGE_FORMAT_FLAT, IMAGE_TARGET_ARM, "flat images for Arm", 4, false },
 };
 
 #define TARGETS (sizeof targets / sizeof targets[0])
@@ -54,7 +58,7 @@ int machine_fits(const struct image *image, enum machine_kind kind, char why[MAC
     if (target == TARGETS || (kind == MACHINE_NATIVE && !targets[target].native))
         return machine_fail(why, -ENOEXEC,
                             kind == MACHINE_NATIVE
-                                ? "only ELF64 modules for x86-64 run natively, this is %s %s"
+                                ? "only ELF64 and PE modules for x86-64 run natively, this is %s %s"
                                 : "no emulated CPU for a module that is %s %s",
                             image->format_name, image->target_name);
     return 0;
@@ -75,6 +79,7 @@ static int check_span(const struct image *image, char why[MACHINE_WHY])
 
 static const struct machine_ops *const kinds[] = {
     [MACHINE_NATIVE] = &machine_native,
+    [MACHINE_INSTRUMENTED] = &machine_instrumented,
 };
 
 static void settle_config(struct machine *machine, const struct machine_config *given)

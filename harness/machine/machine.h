@@ -62,6 +62,9 @@ enum machine_poison {
  */
 enum machine_kind { MACHINE_NATIVE, MACHINE_INSTRUMENTED };
 
+/* Address space that a worker needs to make an instrumented machine, of which little is used. */
+#define MACHINE_INSTRUMENTED_MEMORY (UINT64_C(3) << 30)
+
 struct machine_config {
     enum machine_kind kind;
     uint64_t seed;   /* what the module sees on entry is a function of it and of the next two */
@@ -107,9 +110,14 @@ enum machine_abi {
     MACHINE_ABI_X87_CONTROL = 1 << 10, /* x87 rounding, precision, exception masks */
     MACHINE_ABI_X87_STACK = 1 << 11,   /* values left in the x87 registers, or MMX without emms;
                                           looked   at only when nothing else is broken */
-    MACHINE_ABI_FS = 1 << 12           /* base of fs: the host's thread pointer */
+    MACHINE_ABI_FS = 1 << 12,          /* base of fs: the host's thread pointer */
+    /* Of the Windows convention only: */
+    MACHINE_ABI_RDI = 1 << 13, /* callee-saved registers */
+    MACHINE_ABI_RSI = 1 << 14,
+    MACHINE_ABI_XMM = 1 << 15, /* one of xmm6 to xmm15 */
+    MACHINE_ABI_GS = 1 << 16   /* base of gs: the thread block */
 };
-#define MACHINE_ABI_BITS 13
+#define MACHINE_ABI_BITS 17
 
 enum machine_access {
     MACHINE_ACCESS_NONE,
@@ -253,6 +261,33 @@ void machine_interrupt_next(struct machine *machine, uint64_t after, machine_int
                             void *argument);
 /* Instructions that the latest call of this level executed, if it was stepped to its end. */
 uint64_t machine_instructions(const struct machine *machine);
+
+/*
+ * For hooks, which can so try out what an interrupt would lead to: goes on with the call that is
+ * interrupted to its end, without further interrupts, and comes back with its outcome. The call
+ * stands where it stood then, registers and stack as they were; memory elsewhere is the caller's to
+ * put back.
+ */
+void machine_rehearse(struct machine *machine, struct machine_outcome *outcome);
+/* Whether it can: not on an emulated CPU, and not where calls cannot be interrupted. */
+bool machine_rehearses(const struct machine *machine);
+
+/* For hooks: memory that the instruction which comes next reads or writes by its operands (not what
+ * it pushes or pops). Allocates when first called. How many there are. */
+#define MACHINE_OPERANDS 2
+struct machine_operand {
+    uint64_t address;
+    size_t size;
+    bool read, write;
+};
+unsigned machine_next_operands(struct machine *machine,
+                               struct machine_operand operands[MACHINE_OPERANDS]);
+
+/* How many host services module code has entered so far. */
+uint64_t machine_services(const struct machine *machine);
+
+/* The module's own memory that it may write, in pieces; false past the last. */
+bool machine_own_data(const struct machine *machine, unsigned index, void **at, size_t *size);
 
 /* An alarm by the wall clock, for machine_seal()ed processes, too, when opened before. 0 or
  * negative errno. */

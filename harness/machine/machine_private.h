@@ -127,6 +127,7 @@ struct machine {
     uint8_t *hull; /* where span_begin runs */
     uint64_t span_begin, span_end;
     uint8_t *page_access; /* PROT_* of each page of the hull */
+    struct emulator *emulator; /* of an instrumented machine */
     unsigned pointer_size;
     bool low; /* everything that the module sees lies below 2 GiB */
 
@@ -138,12 +139,17 @@ struct machine {
     struct machine_served services[MACHINE_SERVICES];
     unsigned service_count;
     const void *caller; /* where the latest service returns to */
+    uint64_t served; /* services entered so far */
+
+    size_t decoder; /* Capstone's handle, 0: not open yet; and its instruction */
+    void *decoded;
 
     unsigned level; /* how many calls are interrupted */
     unsigned level_count;
     struct machine_level levels[MACHINE_LEVELS];
     size_t extended_room;
-    bool resuming; /* machine_resume is about to trap */
+    uint8_t *rehearsed; /* room for the stack of a call that is rehearsed */
+    bool resuming;      /* machine_resume is about to trap */
     timer_t alarm;
     bool has_alarm;
 
@@ -151,6 +157,9 @@ struct machine {
 
     struct machine_region regions[MAX_REGIONS];
     unsigned region_count;
+
+    struct thread_block *thread_block; /* of a PE module, the host's view of it; NULL: none */
+    uint64_t borrowed_gs;              /* base of gs before */
 
     struct machine_reservation signal_stack;
     timer_t timer;
@@ -183,6 +192,13 @@ struct machine_state {
     uint32_t active; /* module code may be running */
     uint32_t has_fsgsbase;
     uint64_t enter_flags; /* rflags of the first instruction when the call is stepped, else 0 */
+    /* The Windows convention, where there is a thread block. */
+    uint64_t thread_block;        /* base of gs; 0: the convention is that of ELF */
+    uint64_t windows_sentinel[2]; /* rdi, rsi on entry */
+    uint64_t windows_xmm[10][2];  /* xmm6-xmm15 on entry */
+    uint64_t windows_seen;        /* the next five together */
+    uint64_t seen_di, seen_si, seen_xmm, seen_gs, seen_windows_x87;
+    uint16_t windows_x87; /* x87 control word on entry */
 };
 
 #define STATE_AT(field, offset)                                                                    \
@@ -206,6 +222,16 @@ STATE_AT(module_x87, STATE_MODULE_X87);
 STATE_AT(active, STATE_ACTIVE);
 STATE_AT(has_fsgsbase, STATE_HAS_FSGSBASE);
 STATE_AT(enter_flags, STATE_ENTER_FLAGS);
+STATE_AT(thread_block, STATE_THREAD_BLOCK);
+STATE_AT(windows_sentinel, STATE_WINDOWS_SENTINEL);
+STATE_AT(windows_xmm, STATE_WINDOWS_XMM);
+STATE_AT(windows_seen, STATE_WINDOWS_SEEN);
+STATE_AT(seen_di, STATE_SEEN_DI);
+STATE_AT(seen_si, STATE_SEEN_SI);
+STATE_AT(seen_xmm, STATE_SEEN_XMM);
+STATE_AT(seen_gs, STATE_SEEN_GS);
+STATE_AT(seen_windows_x87, STATE_SEEN_WINDOWS_X87);
+STATE_AT(windows_x87, STATE_WINDOWS_X87);
 
 extern volatile struct machine_state machine_state __attribute__((visibility("hidden")));
 
@@ -230,6 +256,7 @@ struct machine_left machine_enter(void *function, void *argument);
 void machine_abandon(void) __attribute__((noreturn));
 void machine_signal_entry(int sig, siginfo_t *info, void *context);
 void machine_resume(void) __attribute__((noreturn));
+struct machine_left machine_enter_again(void);
 extern const uint8_t machine_trampoline_begin[], machine_trampoline_end[], machine_returned[];
 
 /* Reads a word of the module's stack: not aligned perhaps, and in frames of host functions that the
@@ -257,6 +284,12 @@ static inline uint64_t machine_stack_top(const struct machine *machine, const ui
     return (uint64_t)stack + machine->stack_size - 64;
 }
 
+/* call.c: what became of a call that did not return in good order */
+void machine_irregular(const struct machine *machine, uint64_t how,
+                       struct machine_outcome *outcome);
+/* native.c: what callee-saved register i holds on entry */
+uint64_t machine_sentinel(const struct machine *machine, unsigned i);
+
 /* regions.c */
 uint64_t machine_mix(uint64_t seed, uint64_t a, uint64_t b);
 /* The seed of places. */
@@ -276,6 +309,14 @@ void machine_fill_stacks(struct machine *machine);
 size_t machine_stack_deepest(const struct machine *machine);
 void machine_regions_release(struct machine *machine);
 void machine_describe_address(const struct machine *machine, struct machine_fault *fault);
+
+/* thread_block.c: what a PE module finds through gs; nothing of it for other modules */
+int machine_thread_block_open(struct machine *machine, char why[MACHINE_WHY]);
+void machine_thread_block_close(struct machine *machine);
+/* The stack bounds are those of the level that runs. */
+void machine_thread_block_update(const struct machine *machine);
+/* gs as it was before module code ran. */
+void machine_thread_block_restore(void);
 
 /* serve.c */
 int machine_native_service(struct machine *machine, const char *name, machine_function *function,
@@ -316,6 +357,8 @@ void machine_level_begin(struct machine *machine);
 void machine_level_end(struct machine *machine);
 /* Host services are not stepped: off on the way in, on again, if wanted, on the way out. */
 void machine_service_steps(struct machine *machine, bool on);
+/* operands.c */
+void machine_operands_close(struct machine *machine);
 /* In the signal handler. True when the signal was about interrupts and has been dealt with. */
 bool machine_interrupt_signal(struct machine *machine, int sig, ucontext_t *context);
 
@@ -323,6 +366,8 @@ bool machine_interrupt_signal(struct machine *machine, int sig, ucontext_t *cont
 void machine_redirect(ucontext_t *context, uint64_t ip, uint64_t sp);
 int machine_handlers_install(struct machine *machine, char why[MACHINE_WHY]);
 void machine_handlers_remove(struct machine *machine);
+/* In a signal handler: ends the process by this signal, saying why. */
+void machine_die(int sig, const siginfo_t *info, ucontext_t *context);
 void machine_on_signal(int sig, siginfo_t *info, void *context)
     __attribute__((visibility("hidden")));
 

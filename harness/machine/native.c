@@ -8,6 +8,7 @@
 #include "machine/machine_private.h"
 
 #define HWCAP2_FSGSBASE_BIT (1ul << 1)
+#define WINDOWS_X87         0x27f /* precision of 53 bits, where Linux has 64 */
 
 /* Otherwise every readable page would be executable. */
 static int check_process(char why[MACHINE_WHY])
@@ -23,14 +24,23 @@ static int check_process(char why[MACHINE_WHY])
 
 /* The module starts every call with the same callee-saved registers: no host address leaks in, and
  * a change is noticed. No canonical address, so that using one as a pointer faults. */
+uint64_t machine_sentinel(const struct machine *machine, unsigned i)
+{
+    return (machine_mix(machine->config.seed, 2, i) & 0x0000ffffffffffffu) | 0x5e00000000000000u;
+}
+
 static void prepare_state(const struct machine *machine)
 {
     struct machine_state fresh = { .has_fsgsbase = 0 };
 
     fresh.serial = machine_state.serial;
     for (unsigned i = 0; i < 6; i++)
-        fresh.sentinel[i] =
-            (machine_mix(machine->config.seed, 2, i) & 0x0000ffffffffffffu) | 0x5e00000000000000u;
+        fresh.sentinel[i] = machine_sentinel(machine, i);
+    for (unsigned i = 0; i < 2; i++)
+        fresh.windows_sentinel[i] = machine_sentinel(machine, 6 + i);
+    for (unsigned i = 0; i < 20; i++)
+        fresh.windows_xmm[i / 2][i % 2] = machine_mix(machine->config.seed, 3, i);
+    fresh.windows_x87 = WINDOWS_X87;
     fresh.stack_top = machine_stack_top(machine, machine->stack);
     fresh.has_fsgsbase = (getauxval(AT_HWCAP2) & HWCAP2_FSGSBASE_BIT) != 0;
     fresh.host_fs = machine_thread_base();
@@ -41,12 +51,15 @@ static int native_open(struct machine *machine, const struct image *image, char 
 {
     int error = check_process(why);
 
-    (void)image;
     if (error == 0)
         error = machine_levels_open(machine, why);
     if (error != 0)
         return error;
     prepare_state(machine);
+    if (image->format == IMAGE_FORMAT_PE)
+        error = machine_thread_block_open(machine, why);
+    if (error != 0)
+        return error;
     machine_incident = (struct machine_incident){ .machine = machine };
     error = machine_handlers_install(machine, why);
     return error != 0 ? error : machine_watchdog_start(machine, why);
@@ -57,6 +70,7 @@ static void native_close(struct machine *machine)
     machine_watchdog_stop(machine);
     machine_levels_close(machine);
     machine_handlers_remove(machine);
+    machine_thread_block_close(machine);
     if (machine_incident.machine == machine)
         machine_incident.machine = NULL;
     if (!machine->sealed)

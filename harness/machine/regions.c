@@ -67,11 +67,6 @@ uint64_t machine_place_seed(const struct machine *machine)
                                : machine_mix(config->seed, PLACES_ORDINAL, config->places);
 }
 
-int machine_reserve_at(struct machine_reservation *out, uint64_t address, size_t size)
-{
-    return reserve_at(out, address, size) ? 0 : -errno;
-}
-
 /*
  * Reserves size bytes at the first free place of a sequence that seed and ordinal determine. Never
  * across a multiple of 4 GiB: the system call filter compares only the lower half of an address.
@@ -96,6 +91,13 @@ int machine_reserve(struct machine_reservation *out, uint64_t seed, unsigned ord
             return -errno;
     }
     return -EADDRINUSE;
+}
+
+int machine_reserve_at(struct machine_reservation *out, uint64_t address, size_t size)
+{
+    if (address >> 32 != (address + size) >> 32)
+        return -EADDRNOTAVAIL;
+    return reserve_at(out, address, size) ? 0 : -errno;
 }
 
 void machine_release(struct machine_reservation *reservation)

@@ -83,6 +83,7 @@ static const struct filter_rule fixed_rules[] = {
     { SYS_getrandom, DENY(ENOSYS), ANY },
     { SYS_getpid, ALLOW, ANY },
     { SYS_gettid, ALLOW, ANY },
+    { SYS_sysinfo, ALLOW, ANY }, /* qsort() asks how much memory there is */
 #ifdef ADDRESS_SANITIZER
     { SYS_mprotect, ALLOW, IF(IS(2, PROT_EXEC, 0)) },
 #endif
@@ -98,6 +99,7 @@ static void variable_rules(struct filter *filter, const struct sandbox *sandbox)
               IS(2, INT, SIGABRT)) },
         /* the fault handler's repair of a module that moved the thread pointer */
         { SYS_arch_prctl, ALLOW, IF2(IS(0, INT, ARCH_SET_FS), IS(1, ALL, sandbox->thread_base)) },
+        { SYS_arch_prctl, ALLOW, IF2(IS(0, INT, ARCH_SET_GS), IS(1, ALL, sandbox->thread_block)) },
     };
     const struct filter_rule evidence[] = {
         { SYS_write, ALLOW, IF(IS(0, INT, (uint32_t)sandbox->evidence_fd)) },
@@ -136,6 +138,7 @@ int machine_seal(struct machine *machine, int evidence_fd, char why[MACHINE_WHY]
     struct sandbox sandbox = { .begin = (uint64_t)around->base,
                                .end = (uint64_t)around->base + around->size,
                                .thread_base = machine_thread_base(),
+                               .thread_block = machine_state.thread_block,
                                .evidence_fd = evidence_fd,
                                .alarm = machine_alarm_number(machine) };
     int error;

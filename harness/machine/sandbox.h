@@ -27,10 +27,11 @@
 #include <stdint.h>
 
 struct sandbox {
-    uint64_t begin, end;  /* address range of the module; same upper 32 bits */
-    uint64_t thread_base; /* fs base, which the fault handler may have to set again */
-    int evidence_fd;      /* the one descriptor that may be written to, -1 for none */
-    int alarm;            /* the one timer that may be set, -1 for none */
+    uint64_t begin, end;   /* address range of the module; same upper 32 bits */
+    uint64_t thread_base;  /* fs base, which the fault handler may have to set again */
+    uint64_t thread_block; /* base of gs that may be set again, 0: none */
+    int evidence_fd;       /* the one descriptor that may be written to, -1 for none */
+    int alarm;             /* the one timer that may be set, -1 for none */
 };
 
 /* 0 or negative errno. Cannot be undone. */

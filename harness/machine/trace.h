@@ -6,7 +6,8 @@
  * memory and write down what it wants, call nothing of the machine, and allocate nothing. Order is
  * the order of execution, and the same on every run.
  *
- * Seen are reads and writes by the module's own instructions. What a host service reads or writes
+ * Seen are reads and writes by the module's own instructions that were allowed: one that is not is
+ * the fault of the call. What a host service reads or writes
  * for it is not: the service knows that itself.
  */
 #ifndef HARNESS_MACHINE_TRACE_H
@@ -15,29 +16,27 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/* trace_access.region of a write to the module's own code: to a byte that has been executed, or
- * that an image without writable segments of its own calls constant. */
+/* trace_access.region of a write to the module's own code: to a byte that has been executed. (Where
+ * code cannot be written, such a write is the fault of the call and not seen here.) */
 #define TRACE_CODE UINT32_MAX
 
 struct trace_access {
     uint64_t pc;          /* module address of the instruction */
     uint64_t instruction; /* how many this call had executed before it */
     uint64_t address;     /* as the module sees it */
-    uint64_t offset;      /* from the beginning of the region; of code: module address */
+    int64_t offset;       /* from the beginning of the region; of code: module address */
     uint32_t region;      /* in the order of machine_map() and machine_map_shared(), from 0 */
     unsigned size;        /* bytes, 1 to 8; wider accesses come in pieces, lowest address first */
     bool write;
-    uint64_t value; /* what is read, or about to be written: the low `size` bytes, rest zero. 0
-                       for a read that is about to fault */
+    uint64_t value; /* what was read, or is about to be written: the low `size` bytes, rest zero */
 };
 
 typedef void trace_callback(void *argument, const struct trace_access *access);
 
 /* Lives as long as the machine. */
 struct machine_trace {
-    trace_callback *access; /* of memory that machine_map() made, a byte of slack before and
-                                     behind it included (offset negative or past its end), and
-                                     writes to own code */
+    trace_callback *access; /* of memory that machine_map() made, its slack included (offset
+                               negative or past its size), and writes to own code */
     void *argument;
 };
 

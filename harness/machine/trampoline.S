@@ -18,6 +18,7 @@
         .hidden machine_abandon
         .hidden machine_signal_entry
         .hidden machine_resume
+        .hidden machine_enter_again
         .hidden machine_returned
         .hidden machine_trampoline_begin
         .hidden machine_trampoline_end
@@ -29,6 +30,33 @@ stepped:
         pushq   STATE_ENTER_FLAGS(%rcx)
         popfq
         jmp     begin
+
+/* The Windows convention: the argument in rcx, 32 bytes above the return address that the function
+ * may write to (they are below the stack's top), more callee-saved registers, and the control word
+ * that Windows gives a thread. */
+begin_windows:
+        fldcw   STATE_WINDOWS_X87(%rcx)
+        movdqu  STATE_WINDOWS_XMM+0(%rcx), %xmm6
+        movdqu  STATE_WINDOWS_XMM+16(%rcx), %xmm7
+        movdqu  STATE_WINDOWS_XMM+32(%rcx), %xmm8
+        movdqu  STATE_WINDOWS_XMM+48(%rcx), %xmm9
+        movdqu  STATE_WINDOWS_XMM+64(%rcx), %xmm10
+        movdqu  STATE_WINDOWS_XMM+80(%rcx), %xmm11
+        movdqu  STATE_WINDOWS_XMM+96(%rcx), %xmm12
+        movdqu  STATE_WINDOWS_XMM+112(%rcx), %xmm13
+        movdqu  STATE_WINDOWS_XMM+128(%rcx), %xmm14
+        movdqu  STATE_WINDOWS_XMM+144(%rcx), %xmm15
+        mov     %rdi, %rdx
+        mov     STATE_WINDOWS_SENTINEL+0(%rcx), %rdi
+        mov     STATE_WINDOWS_SENTINEL+8(%rcx), %rsi
+        mov     %rdx, %rcx
+        xor     %edx, %edx
+        xor     %r8d, %r8d
+        xor     %r9d, %r9d
+        xor     %r10d, %r10d
+        xor     %r11d, %r11d
+        call    *%rax
+        jmp     returned_windows
 
 /* struct machine_left machine_enter(void *function, void *argument) */
         .globl  machine_enter
@@ -74,7 +102,9 @@ machine_enter:
         mov     STATE_STACK_TOP(%rcx), %rsp
         cmpq    $0, STATE_ENTER_FLAGS(%rcx)
         jne     stepped
-begin:  xor     %ecx, %ecx
+begin:  cmpq    $0, STATE_THREAD_BLOCK(%rcx)
+        jne     begin_windows
+        xor     %ecx, %ecx
         xor     %edx, %edx
         xor     %esi, %esi
         xor     %r8d, %r8d
@@ -87,6 +117,7 @@ begin:  xor     %ecx, %ecx
 machine_returned:
         lea     machine_state(%rip), %rcx
         movl    $0, STATE_ACTIVE(%rcx)
+compare:
         mov     %rsp, %rdx
         mov     STATE_HOST_RSP(%rcx), %rsp
 
@@ -124,6 +155,7 @@ machine_returned:
         or      %r8, %rsi
         or      %r9, %rsi
         or      %r10, %rsi
+        or      STATE_WINDOWS_SEEN(%rcx), %rsi
         mov     %rax, %r11
         xor     %eax, %eax
         test    %rsi, %rsi
@@ -170,6 +202,47 @@ repair: pushq   $FLAGS_CLEAN
         jmp     back
         .size   machine_enter, . - machine_enter
 
+/* What the Windows convention promises besides; then the rest. A control word that is not what it
+ * was may have unmasked what fldcw would raise: it is put right by repair. */
+returned_windows:
+        lea     machine_state(%rip), %rcx
+        movl    $0, STATE_ACTIVE(%rcx)
+        xor     STATE_WINDOWS_SENTINEL+0(%rcx), %rdi
+        xor     STATE_WINDOWS_SENTINEL+8(%rcx), %rsi
+        mov     %rdi, STATE_SEEN_DI(%rcx)
+        mov     %rsi, STATE_SEEN_SI(%rcx)
+        or      %rsi, %rdi
+        .irp    number, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15
+        movdqu  STATE_WINDOWS_XMM+16*(\number-6)(%rcx), %xmm0
+        pxor    %xmm0, %xmm\number
+        .endr
+        .irp    number, 7, 8, 9, 10, 11, 12, 13, 14, 15
+        por     %xmm\number, %xmm6
+        .endr
+        movq    %xmm6, %r8
+        psrldq  $8, %xmm6
+        movq    %xmm6, %r9
+        or      %r9, %r8
+        mov     %r8, STATE_SEEN_XMM(%rcx)
+        or      %r8, %rdi
+        xor     %r8d, %r8d
+        cmpl    $0, STATE_HAS_FSGSBASE(%rcx)
+        je      1f
+        rdgsbase %r8
+        xor     STATE_THREAD_BLOCK(%rcx), %r8
+1:      mov     %r8, STATE_SEEN_GS(%rcx)
+        or      %r8, %rdi
+        fnstcw  STATE_MODULE_X87(%rcx)
+        movzwl  STATE_MODULE_X87(%rcx), %r9d
+        xor     STATE_WINDOWS_X87(%rcx), %r9w
+        mov     %r9, STATE_SEEN_WINDOWS_X87(%rcx)
+        or      %r9, %rdi
+        mov     %rdi, STATE_WINDOWS_SEEN(%rcx)
+        test    %r9, %r9
+        jnz     compare
+        fldcw   STATE_HOST_X87(%rcx)
+        jmp     compare
+
 /* Leaves the call in progress from wherever the processor is; machine_enter() returns. The signal
  * handler makes the kernel resume here. */
         .globl  machine_abandon
@@ -190,6 +263,25 @@ machine_resume:
         int3
         ud2
         .size   machine_resume, . - machine_resume
+
+/* struct machine_left machine_enter_again(void): into the call that is interrupted, instead of at the
+ * beginning of a function; comes back as machine_enter() does. */
+        .globl  machine_enter_again
+        .type   machine_enter_again, @function
+machine_enter_again:
+        push    %rbx
+        push    %rbp
+        push    %r12
+        push    %r13
+        push    %r14
+        push    %r15
+        lea     machine_state(%rip), %rcx
+        mov     %rsp, STATE_HOST_RSP(%rcx)
+        stmxcsr STATE_HOST_MXCSR(%rcx)
+        fnstcw  STATE_HOST_X87(%rcx)
+        incq    STATE_SERIAL(%rcx)
+        jmp     machine_resume
+        .size   machine_enter_again, . - machine_enter_again
 
 /* Signal handler. The module's fs base and alignment-check flag are still in force, and compiled C
  * survives neither (stack protector, errno; unaligned access). The kernel has seen to the rest. */

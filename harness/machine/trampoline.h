@@ -26,6 +26,18 @@
 #define STATE_HAS_FSGSBASE 192
 #define STATE_ENTER_FLAGS  200
 
+/* Only where the Windows convention is spoken. */
+#define STATE_THREAD_BLOCK     208
+#define STATE_WINDOWS_SENTINEL 216
+#define STATE_WINDOWS_XMM      232
+#define STATE_WINDOWS_SEEN     392
+#define STATE_SEEN_DI          400
+#define STATE_SEEN_SI          408
+#define STATE_SEEN_XMM         416
+#define STATE_SEEN_GS          424
+#define STATE_SEEN_WINDOWS_X87 432
+#define STATE_WINDOWS_X87      440
+
 /* Flags of rflags that must be clear when a function returns. */
 #define FLAG_TRAP      0x100
 #define FLAG_DIRECTION 0x400

@@ -58,7 +58,12 @@ static void amount(FILE *out, double value, const char *unit)
         fprintf(out, "%.1f KiB", value / 1024);
         return;
     }
-    fprintf(out, "%.*f ", strcmp(unit, "bytes") == 0 ? 0 : value < 0.095 ? 3 : 1, value);
+    fprintf(out, "%.*f ",
+            strcmp(unit, "bytes") == 0 ? 0
+            : value < 0.095            ? 3
+            : value < 0.95             ? 2
+                                       : 1,
+            value);
     markup_text(out, unit);
 }
 

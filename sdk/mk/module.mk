@@ -16,8 +16,9 @@
 # May be set before the include, or on the command line:
 #   TARGET          elf64 (default), pe64, pe32, tgmmini, tgmcontroller, tgzmotion: docs/targets.md
 #   TGM_GENERATION  4 or 5 (default: 4 on elf64, pe64, pe32; 5 on the others); TGM_MEMORY_ID 905 or 906
-#   TGM_PROFILE     which TG Motion judges and runs it, on elf64: pc4, pc500 or pc5 by the generation; tgmmini,
-#                   tgmcontroller, tgzmotion (a rebuild with their text: docs/targets.md)
+#   TGM_PROFILE     which TG Motion judges and runs it: the one of the target; on elf64, pe64 and pe32 pc4, pc500 or
+#                   pc5 by the generation; on elf64 also tgmmini, tgmcontroller, tgzmotion (a rebuild with their
+#                   text: docs/targets.md)
 #   CONFIG          configuration of TG Motion for check and run; default: controller.ini, where it is
 #   CC, CXX         on elf64: gcc (default) or clang, g++ or clang++
 #   MATH            yes: link the mathematics of <tgm/math.h>
@@ -157,25 +158,26 @@ else
 endif
 
 # The verdict covers what verify.sh refuses, too, and says it with clause and line: so it is asked
-# about the module as linked.
-tgm_judged = $(if $(filter elf64,$(TARGET)),yes)
-TGM_PROFILE ?= $(if $(filter 4,$(TGM_GENERATION)),pc4,$(if $(filter 905,$(TGM_MEMORY_ID)),pc500,pc5))
+# about the module as linked (a flat image is what verify.sh has let through).
+tgm_judged  := $(if $(tgm_flat),$(tgm_file),$(tgm_linked))
+TGM_PROFILE ?= $(or $(filter tgmmini tgmcontroller tgzmotion,$(TARGET)),$(if $(filter 4,$(TGM_GENERATION)),pc4,$(if \
+    $(filter 905,$(TGM_MEMORY_ID)),pc500,pc5)))
 CONFIG      ?= $(wildcard controller.ini)
 tgm_played  := --profile $(TGM_PROFILE) $(if $(strip $(CONFIG)),--config $(CONFIG))
-tgm_need = @[ "$(tgm_judged)" = yes ] || { echo "TARGET=$(TARGET) is built and inspected," \
-    "not judged or run yet (docs/targets.md)" >&2; exit 3; }; command -v $(TGM) >/dev/null || \
+tgm_need = @command -v $(TGM) >/dev/null || \
     { echo "$(TGM) is not there: build the harness first (make in its own folder) or set TGM=path/to/tgm" >&2; exit 2; }
 
 SCENARIOS ?= $(wildcard *.scenario)
-check: $(tgm_linked)
+check: $(tgm_judged)
 	$(tgm_need)
-	$(TGM) check $(tgm_played) $(addprefix --scenario ,$(SCENARIOS)) $(CHECK_FLAGS) $(tgm_linked)
+	$(TGM) check $(tgm_played) $(addprefix --scenario ,$(SCENARIOS)) $(CHECK_FLAGS) $(tgm_judged)
 
 run: $(tgm_file)
 	$(tgm_need)
 	$(TGM) run $(tgm_played) $(RUN_FLAGS) $(tgm_file)
 
 debug: $(tgm_file)
+	@[ $(TARGET) = elf64 ] || { echo "debug is for TARGET=elf64: gdb reads no module of $(TARGET)" >&2; exit 2; }
 	$(tgm_need)
 	gdb -q -x $(TGM_SDK)/gdb/tgm.gdb --args $(TGM) run --in-process $(tgm_played) $(RUN_FLAGS) $(abspath $(tgm_file))
 
