@@ -279,6 +279,7 @@ FUZZERS := fuzz_image fuzz_text \
     fuzz_certificate \
     fuzz_config \
     fuzz_text16 \
+    fuzz_evidence \
     fuzz_path
 .PHONY: fuzz
 fuzz: $(addprefix $(BUILD)/fuzz/,$(FUZZERS)) ## fuzz the readers of module files and fault scripts, the SDK's text and the bus segment for FUZZ_SECONDS each (default 300)
@@ -416,6 +417,11 @@ $(BUILD)/fuzz/fuzz_certificate: tests/fuzz_certificate.c $(addprefix conformance
 	$(Q)$(FUZZ_CC) -o $@ $(filter %.c,$^) -ljansson -lsodium
 
 $(BUILD)/fuzz/fuzz_text16: tests/fuzz_text16.c harness/host/text16.c harness/machine/arguments.c | $(BUILD)/.deps-test
+	@mkdir -p $(@D)
+	@echo "  FUZZ   $@"
+	$(Q)$(FUZZ_CC) -o $@ $(filter %.c,$^) -lm
+
+$(BUILD)/fuzz/fuzz_evidence: tests/fuzz_evidence.c $(addprefix harness/host/,evidence.c evidence_file.c evidence_rows.c audit.c sketch.c product.c catalogue.c) conformance/waivers.c | $(BUILD)/.deps-test
 	@mkdir -p $(@D)
 	@echo "  FUZZ   $@"
 	$(Q)$(FUZZ_CC) -o $@ $(filter %.c,$^) -lm
