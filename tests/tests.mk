@@ -12,7 +12,8 @@ FIXTURE_LDFLAGS := -nostdlib -shared -Wl,-Bsymbolic -Wl,-e,0 -Wl,--hash-style=gn
     -Wl,--build-id=none
 
 # tests/fixture.sh says what a fixture's first lines may ask for.
-FIXTURE_MADE_WITH := tests/fixture.sh conformance/fixtures/base.h conformance/fixtures/hidden.h sdk/include/tgm_plc.h \
+FIXTURE_MADE_WITH := tests/fixture.sh conformance/fixtures/base.h conformance/fixtures/hidden.h \
+    conformance/fixtures/axis.h sdk/include/tgm_plc.h \
     sdk/include/tgm/layout_gen4.h sdk/src/mem.c
 define fixture_rule
 $(FIXTURE_DIR)/%$(2): conformance/fixtures/%.$(1) $(FIXTURE_MADE_WITH) | $(BUILD)/.deps-test
@@ -34,6 +35,7 @@ UNIT_TESTS := test_osc test_text16 test_catalogue test_fixtures \
     test_curves \
     test_schedule \
     test_interp_path \
+    test_evidence \
     test_rules_file \
     test_config
 SDK_TESTS := test_sdk_mem test_sdk_text test_sdk_motion test_sdk_start test_sdk_start5 test_sdk_start8
@@ -246,6 +248,9 @@ $(BUILD)/test/%: $(BUILD)/obj/tests/%.o $(ROOM_OBJ)
 	@echo "  LINK   $@"
 	$(Q)$(CC) $(OPT) $(CFLAGS) -o $@ $^ $(LDFLAGS) $(LIBS) -lcmocka
 
+$(BUILD)/obj/tests/test_fixtures.o $(BUILD)/obj/tests/test_evidence.o: ALL_CFLAGS += -DFIXTURE_DIR='"$(FIXTURE_DIR)"'
+$(BUILD)/obj/tests/test_evidence.o: ALL_CFLAGS += -DTEST_EVIDENCE_DIR='"$(BUILD)/test-evidence"'
+$(BUILD)/test/test_evidence: | $(FIXTURES)
 $(BUILD)/test/test_rules_file: | $(FIXTURES) $(IMAGE_MODULES)
 $(BUILD)/obj/tests/test_rules_file.o: ALL_CFLAGS += -DTEST_MODULES_DIR='"$(BUILD)/modules"'
 $(BUILD)/obj/tests/test_rules_file.o $(BUILD)/obj/tests/test_fixtures.o: ALL_CFLAGS += -DFIXTURE_DIR='"$(FIXTURE_DIR)"'

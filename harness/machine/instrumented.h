@@ -100,7 +100,7 @@ struct emulator_kept {
 
 /* One instruction tried out for what it accesses. */
 struct emulator_probe {
-    struct machine_operand *operands;
+    struct code_operand *operands;
     unsigned count;
     unsigned kept_count;
     struct emulator_kept kept[EMULATOR_KEPT];
@@ -181,7 +181,7 @@ void emulator_run_on(struct emulator *emulator, uint64_t pc, struct machine_outc
 void emulator_rehearse(struct machine *machine, struct machine_outcome *outcome);
 void emulator_probe(struct emulator *emulator, uint64_t address, unsigned size, bool write);
 unsigned emulator_next_operands(struct machine *machine,
-                                struct machine_operand operands[MACHINE_OPERANDS]);
+                                struct code_operand operands[CODE_OPERANDS]);
 
 /* instrumented_fault.c: what happened, as a native machine would put it */
 void emulator_fault(struct emulator *emulator, struct machine_outcome *outcome);

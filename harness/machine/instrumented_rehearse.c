@@ -57,7 +57,7 @@ void emulator_rehearse(struct machine *machine, struct machine_outcome *outcome)
 void emulator_probe(struct emulator *emulator, uint64_t address, unsigned size, bool write)
 {
     struct emulator_probe *probe = emulator->probe;
-    struct machine_operand *operand;
+    struct code_operand *operand;
 
     if (write && probe->kept_count < EMULATOR_KEPT) {
         struct emulator_kept *kept = &probe->kept[probe->kept_count++];
@@ -78,15 +78,14 @@ void emulator_probe(struct emulator *emulator, uint64_t address, unsigned size, 
             return;
         }
     }
-    if (probe->count == MACHINE_OPERANDS)
+    if (probe->count == CODE_OPERANDS)
         return;
-    probe->operands[probe->count++] = (struct machine_operand){
-        .address = address, .size = size, .read = !write, .write = write
-    };
+    probe->operands[probe->count++] =
+        (struct code_operand){ .address = address, .size = size, .read = !write, .write = write };
 }
 
 unsigned emulator_next_operands(struct machine *machine,
-                                struct machine_operand operands[MACHINE_OPERANDS])
+                                struct code_operand operands[CODE_OPERANDS])
 {
     struct emulator *emulator = machine->emulator;
     struct emulator_level *level = &emulator->levels[emulator->depth - 1];

@@ -198,8 +198,7 @@ void machine_rehearse(struct machine *machine, struct machine_outcome *outcome)
     machine->ops->rehearse(machine, outcome);
 }
 
-unsigned machine_next_operands(struct machine *machine,
-                               struct machine_operand operands[MACHINE_OPERANDS])
+unsigned machine_next_operands(struct machine *machine, struct code_operand operands[CODE_OPERANDS])
 {
     return machine->ops->next_operands(machine, operands);
 }
