@@ -56,6 +56,7 @@ MACHINE_SRC := load.c poison.c regions.c call.c fault.c attribute.c watchdog.c s
     instrumented_call.c \
     instrumented_fault.c \
     instrumented_hooks.c \
+    instrumented_rehearse.c \
     cpu_x86.c \
     cpu_arm.c \
     native.c \
@@ -264,9 +265,10 @@ test: | $(BUILD)/.deps-test ## every test; under 10 minutes on two cores
 	$(Q)MAKE=$(MAKE) tests/run.sh
 
 .PHONY: bench
-bench: $(BUILD)/tgm $(BUILD)/test/bench $(BUILD)/test/bench_bus template-linked ## figures of one run, on this machine
+bench: $(BUILD)/tgm $(BUILD)/test/bench $(BUILD)/test/bench_bus $(BUILD)/test/bench_machine template-linked ## figures of one run, on this machine
 	$(Q)$(BUILD)/test/bench $(BUILD)/template/shuttle.tgm
 	$(Q)$(BUILD)/test/bench_bus
+	$(Q)$(BUILD)/test/bench_machine
 
 FUZZ_SECONDS ?= 300
 FUZZERS := fuzz_image fuzz_text \

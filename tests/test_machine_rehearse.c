@@ -5,9 +5,15 @@
 
 #include "machine_fixture.h"
 
-static const struct machine_config interruptible = { .seed = 1,
-                                                     .hang_ns = 5 * TEST_HANG_NS,
-                                                     .interruptible = true };
+static void open_interruptible(struct fixture *fixture)
+{
+    const struct machine_config config = { .kind = fixture_kind,
+                                           .seed = 1,
+                                           .hang_ns = 5 * TEST_HANG_NS,
+                                           .interruptible = true };
+
+    fixture_open(fixture, "interrupt", &config);
+}
 
 struct rehearsal {
     struct fixture *fixture;
@@ -56,7 +62,7 @@ static void the_rest_of_a_call_can_be_tried_at_every_instruction(void **state)
     };
 
     (void)state;
-    fixture_open(fixture, "interrupt", &interruptible);
+    open_interruptible(fixture);
     r.words = map(fixture, "words", 16, MACHINE_REGION_READ_WRITE, NULL);
     r.words[1] = 0x3333333344444444;
     machine_interrupt_next(fixture->machine, 0, at_each, &r);
@@ -76,7 +82,7 @@ static void every_register_and_the_stack_come_back_for_it(void **state)
     struct rehearsal r = { .fixture = fixture };
 
     (void)state;
-    fixture_open(fixture, "interrupt", &interruptible);
+    open_interruptible(fixture);
     r.words = map(fixture, "words", 16, MACHINE_REGION_READ_WRITE, NULL);
     machine_interrupt_next(fixture->machine, 0, at_each, &r);
     assert_int_equal(call(fixture, "keep_everything", NULL).value, 0);
@@ -103,7 +109,7 @@ static void a_rehearsal_that_faults_or_hangs_leaves_the_call_standing(void **sta
     uint64_t *words;
 
     (void)state;
-    fixture_open(fixture, "interrupt", &interruptible);
+    open_interruptible(fixture);
     machine_interrupt_next(fixture->machine, 0, try_once, &r);
     assert_int_equal(call(fixture, "fault_at_once", NULL).fault.signal, SIGILL);
     assert_int_equal(r.last.kind, MACHINE_FAULT);
@@ -125,7 +131,7 @@ static void the_modules_own_data_is_found(void **state)
     size_t size;
 
     (void)state;
-    fixture_open(fixture, "interrupt", &interruptible);
+    open_interruptible(fixture);
     assert_true(machine_own_data(fixture->machine, 0, &at_data, &size));
     assert_int_equal(size % 4096, 0);
     assert_int_equal(call(fixture, "count_up", NULL).value, 5);
@@ -147,5 +153,8 @@ int main(void)
         cmocka_unit_test_teardown(the_modules_own_data_is_found, close_fixture),
     };
 
-    return cmocka_run_group_tests_name("machine_rehearse", tests, NULL, NULL);
+    int failed = cmocka_run_group_tests_name("rehearsals, native", tests, NULL, NULL);
+
+    fixture_kind = MACHINE_INSTRUMENTED;
+    return failed + cmocka_run_group_tests_name("rehearsals, instrumented", tests, NULL, NULL);
 }

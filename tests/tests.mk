@@ -166,6 +166,8 @@ $(MACHINE_MODULE_DIR)/%.dll: tests/machine_modules/%.c | $(BUILD)/.deps-test
 $(addprefix $(BUILD)/obj/tests/,$(MACHINE_TESTS:=.o)): ALL_CFLAGS += -Itests \
     -DTEST_MACHINE_MODULES_DIR='"$(MACHINE_MODULE_DIR)"'
 $(addprefix $(BUILD)/test/,$(MACHINE_TESTS)): | $(MACHINE_MODULES)
+$(BUILD)/obj/tests/bench_machine.o: ALL_CFLAGS += -DTEST_MACHINE_MODULES_DIR='"$(MACHINE_MODULE_DIR)"'
+$(BUILD)/test/bench_machine: | $(MACHINE_MODULES)
 $(BUILD)/obj/tests/test_machine_stack.o: ALL_CFLAGS += -DTEST_TEMPLATE='"$(BUILD)/template/shuttle.tgm"'
 $(BUILD)/test/test_machine_stack: | template-linked
 

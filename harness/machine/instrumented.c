@@ -69,12 +69,10 @@ static void on_signal(int sig, siginfo_t *info, void *context)
                      (((uint64_t)registers[REG_RSP] - 256) & ~(uint64_t)15) - 8);
 }
 
-static int install_handlers(struct emulator *emulator, char why[MACHINE_WHY])
+static void install_handlers(struct emulator *emulator)
 {
     struct sigaction action;
 
-    if (handled != NULL)
-        return machine_fail(why, -EBUSY, "this process has an instrumented machine already");
     memset(&action, 0, sizeof action);
     action.sa_sigaction = on_signal;
     action.sa_flags = SA_SIGINFO;
@@ -83,7 +81,6 @@ static int install_handlers(struct emulator *emulator, char why[MACHINE_WHY])
         sigaction(guarded[i], &action, &emulator->borrowed[i]);
     emulator->handling = true;
     handled = emulator;
-    return 0;
 }
 
 static void remove_handlers(struct emulator *emulator)
@@ -220,7 +217,8 @@ static int instrumented_open(struct machine *machine, const struct image *image,
     emulator->base = (uint64_t)machine->hull;
     emulator->kinds = calloc(span, 1);
     emulator->covered = calloc(span / 8, 1);
-    if (emulator->kinds == NULL || emulator->covered == NULL)
+    emulator->rehearsed = malloc(machine->stack_size);
+    if (emulator->kinds == NULL || emulator->covered == NULL || emulator->rehearsed == NULL)
         return machine_fail(why, -ENOMEM, "no memory for the emulator");
     error = open_cpu(emulator, image, why);
     if (error == 0)
@@ -233,10 +231,9 @@ static int instrumented_open(struct machine *machine, const struct image *image,
         error = open_thread(emulator, why);
     if (error == 0)
         error = emulator_hooks(emulator, why);
-    if (error == 0)
-        error = install_handlers(emulator, why);
     if (error != 0)
         return error;
+    install_handlers(emulator);
     emulator->cpu->fresh(emulator);
     uc_context_save(emulator->uc, emulator->fresh);
     return 0;
@@ -260,6 +257,7 @@ static void instrumented_close(struct machine *machine)
     machine_release(&emulator->services);
     free(emulator->kinds);
     free(emulator->covered);
+    free(emulator->rehearsed);
     free(emulator);
     machine->emulator = NULL;
 }
@@ -380,6 +378,8 @@ const struct machine_ops machine_instrumented = {
     .reloaded = instrumented_reloaded,
     .interrupt_next = instrumented_interrupt_next,
     .instructions = instrumented_instructions,
+    .rehearse = emulator_rehearse,
+    .next_operands = emulator_next_operands,
     .alarm_open = instrumented_alarm_open,
     .alarm_at = instrumented_alarm_at,
     .stack_used = instrumented_stack_used,

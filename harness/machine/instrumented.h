@@ -78,6 +78,8 @@ struct emulator_level {
     void *argument;
     uint64_t after;
     uint64_t executed; /* instructions of its latest call */
+    /* While it is interrupted: where it is gone on with, and what else belongs to its state. */
+    uint64_t interrupted_back, interrupted_pc, interrupted_sp, interrupted_executed;
     uc_context *interrupted;
 };
 
@@ -86,6 +88,22 @@ struct emulator_memory {
     uint64_t start;      /* of the region */
     bool writable;
     uint32_t number;
+};
+
+/* Memory as it was before an instruction that is tried out wrote there. */
+#define EMULATOR_KEPT 64
+struct emulator_kept {
+    uint64_t address;
+    unsigned size;
+    uint8_t bytes[16];
+};
+
+/* One instruction tried out for what it accesses. */
+struct emulator_probe {
+    struct code_operand *operands;
+    unsigned count;
+    unsigned kept_count;
+    struct emulator_kept kept[EMULATOR_KEPT];
 };
 
 struct emulator {
@@ -113,6 +131,9 @@ struct emulator {
 
     uint64_t interrupt_at;
     bool pass; /* the next instruction is executed whatever stop_at says */
+
+    struct emulator_probe *probe; /* NULL: none */
+    uint8_t *rehearsed;           /* room for the stack of a call that is rehearsed */
 
     unsigned depth; /* calls that stand inside one another */
     struct emulator_level levels[MACHINE_LEVELS];
@@ -150,6 +171,17 @@ void emulator_stop(struct emulator *emulator, enum emulator_stop stop, uint32_t 
 /* instrumented_call.c */
 void emulator_call(struct machine *machine, uint64_t function, void *argument,
                    struct machine_outcome *outcome);
+
+void emulator_set_stop(struct emulator *emulator, uint64_t interrupt_at);
+void emulator_use_stack(struct emulator *emulator, const struct emulator_level *level);
+/* The running level's call to its end, from an address on. */
+void emulator_run_on(struct emulator *emulator, uint64_t pc, struct machine_outcome *outcome);
+
+/* instrumented_rehearse.c */
+void emulator_rehearse(struct machine *machine, struct machine_outcome *outcome);
+void emulator_probe(struct emulator *emulator, uint64_t address, unsigned size, bool write);
+unsigned emulator_next_operands(struct machine *machine,
+                                struct code_operand operands[CODE_OPERANDS]);
 
 /* instrumented_fault.c: what happened, as a native machine would put it */
 void emulator_fault(struct emulator *emulator, struct machine_outcome *outcome);

@@ -23,7 +23,7 @@ static uint64_t now_ns(void)
     return (uint64_t)now.tv_sec * 1000000000u + (uint64_t)now.tv_nsec;
 }
 
-static void set_stop(struct emulator *emulator, uint64_t interrupt_at)
+void emulator_set_stop(struct emulator *emulator, uint64_t interrupt_at)
 {
     const uint64_t hang = emulator->machine->config.hang_instructions;
 
@@ -32,7 +32,7 @@ static void set_stop(struct emulator *emulator, uint64_t interrupt_at)
 }
 
 /* The stack that calls of this level run on, and how far it reaches for Windows' code that asks. */
-static void use_stack(struct emulator *emulator, const struct emulator_level *level)
+void emulator_use_stack(struct emulator *emulator, const struct emulator_level *level)
 {
     struct machine *machine = emulator->machine;
     const uint64_t limit = (uint64_t)level->stack, base = limit + machine->stack_size;
@@ -88,10 +88,14 @@ static bool interlude(struct emulator *emulator, uint64_t *pc)
     uint64_t more, vaddr = 0;
 
     uc_context_save(emulator->uc, level->interrupted);
+    level->interrupted_back = back;
+    level->interrupted_pc = at;
+    level->interrupted_sp = emulator_read(emulator, emulator->cpu->sp);
+    level->interrupted_executed = executed;
     machine_vaddr(machine, (const void *)at, &vaddr);
     more = level->hook(level->argument, vaddr, executed);
     uc_context_restore(emulator->uc, level->interrupted);
-    use_stack(emulator, level);
+    emulator_use_stack(emulator, level);
     emulator->executed = executed;
     emulator->pc = at;
     emulator->block_end = 0;
@@ -99,7 +103,7 @@ static bool interlude(struct emulator *emulator, uint64_t *pc)
         emulator->stop = EMULATOR_HANG;
         return false;
     }
-    set_stop(emulator, more == MACHINE_NEVER ? MACHINE_NEVER : executed + more);
+    emulator_set_stop(emulator, more == MACHINE_NEVER ? MACHINE_NEVER : executed + more);
     emulator->pass = more == 0;
     *pc = back;
     return true;
@@ -142,6 +146,11 @@ static void describe(struct emulator *emulator, bool returned, struct machine_ou
     emulator->service = NULL;
 }
 
+void emulator_run_on(struct emulator *emulator, uint64_t pc, struct machine_outcome *outcome)
+{
+    describe(emulator, run(emulator, pc), outcome);
+}
+
 void emulator_call(struct machine *machine, uint64_t function, void *argument,
                    struct machine_outcome *outcome)
 {
@@ -150,23 +159,19 @@ void emulator_call(struct machine *machine, uint64_t function, void *argument,
     const uint64_t begin = machine->timing ? now_ns() : 0;
     const uint64_t thumb = emulator->cpu->arch == UC_ARCH_ARM ? function & 1 : 0;
     const uint64_t start = (uint64_t)machine_address(machine, function - thumb);
-    bool returned;
-
     uc_context_restore(emulator->uc, emulator->fresh);
-    use_stack(emulator, level);
+    emulator_use_stack(emulator, level);
     level->lowest = level->top;
     emulator->executed = 0;
     emulator->block_end = 0;
     emulator->pass = false;
-    set_stop(emulator, level->hook != NULL ? level->after : MACHINE_NEVER);
+    emulator_set_stop(emulator, level->hook != NULL ? level->after : MACHINE_NEVER);
     emulator->pc = 0;
     emulator->cpu->enter(emulator, start, (uint64_t)argument);
-    returned = run(emulator, start | thumb);
-
-    outcome->elapsed_ns = machine->timing ? now_ns() - begin : 0;
     outcome->abi_broken = 0;
     outcome->value = 0;
-    describe(emulator, returned, outcome);
+    emulator_run_on(emulator, start | thumb, outcome);
+    outcome->elapsed_ns = machine->timing ? now_ns() - begin : 0;
     level->lowest &= ~(uint64_t)(emulator->cpu->word - 1);
     level->executed = emulator->executed;
     level->hook = NULL;

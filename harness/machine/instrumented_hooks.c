@@ -239,6 +239,22 @@ static uint64_t low_bytes(uint64_t value, unsigned size)
     return size < sizeof value ? value & ((UINT64_C(1) << 8 * size) - 1) : value;
 }
 
+/* Of the instruction that is tried out: what is memory, and not the stack. */
+static void probe(struct emulator *emulator, const struct emulator_memory *memory, uint64_t address,
+                  unsigned size, bool write)
+{
+    const struct machine *machine = emulator->machine;
+    const uint64_t offset = address - emulator->base;
+    const bool own = offset < machine->span_end - machine->span_begin;
+
+    if (memory == NULL && !own)
+        return;
+    if (write && (own ? !(machine->page_access[offset / PAGE] & 2 /* PROT_WRITE */)
+                      : !memory->writable || address + size > memory->end))
+        return;
+    emulator_probe(emulator, address, size, write);
+}
+
 static void on_access(uc_engine *uc, uc_mem_type type, uint64_t address, int size, int64_t value,
                       void *argument)
 {
@@ -253,8 +269,12 @@ static void on_access(uc_engine *uc, uc_mem_type type, uint64_t address, int siz
                                    .value = low_bytes((uint64_t)value, (unsigned)size) };
 
     (void)uc;
+    if (emulator->probe != NULL) {
+        probe(emulator, memory, address, (unsigned)size, access.write);
+        return;
+    }
     /* Writes are seen before it is known whether they are allowed. */
-    if (emulator->stop != EMULATOR_RUNNING)
+    if (emulator->stop != EMULATOR_RUNNING || trace == NULL)
         return;
     access.pc = emulator->pc - emulator->base + machine->span_begin;
     if (memory != NULL) {
@@ -339,7 +359,7 @@ int emulator_hooks(struct emulator *emulator, char why[MACHINE_WHY])
         { UC_HOOK_INTR, (void *)(uintptr_t)on_exception, 1, 0, true },
         { UC_HOOK_INSN_INVALID, (void *)(uintptr_t)on_invalid, 1, 0, true },
         { UC_HOOK_MEM_READ_AFTER | UC_HOOK_MEM_WRITE, (void *)(uintptr_t)on_access, 1, 0,
-          machine->config.trace != NULL },
+          machine->config.trace != NULL || machine->config.interruptible },
     };
 
     for (size_t i = 0; i < sizeof hooks / sizeof hooks[0]; i++) {

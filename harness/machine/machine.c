@@ -4,6 +4,7 @@
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <sys/mman.h>
 #include <unistd.h>
 
 #include "machine/machine_private.h"
@@ -82,6 +83,9 @@ static const struct machine_ops *const kinds[] = {
     [MACHINE_INSTRUMENTED] = &machine_instrumented,
 };
 
+/* Of whichever kind: the signal handlers are one's. */
+static const struct machine *loaded;
+
 static void settle_config(struct machine *machine, const struct machine_config *given)
 {
     struct machine_config *config = &machine->config;
@@ -106,11 +110,14 @@ int machine_load(struct machine **out, const struct image *image,
     error = machine_fits(image, config->kind, why);
     if (error == 0)
         error = check_span(image, why);
+    if (error == 0 && loaded != NULL)
+        error = machine_fail(why, -EBUSY, "this process has loaded a module already");
     if (error != 0)
         return error;
     machine = calloc(1, sizeof *machine);
     if (machine == NULL)
         return machine_fail(why, -ENOMEM, "no memory");
+    loaded = machine;
     machine->ops = kinds[config->kind];
     machine->convention = arguments_convention_of(image);
     machine->pointer_size = targets[target_of(image)].pointer_size;
@@ -141,6 +148,7 @@ void machine_unload(struct machine *machine)
     machine_release(&machine->copy);
     free(machine->page_access);
     free(machine);
+    loaded = NULL;
 }
 
 unsigned machine_pointer_size(const struct machine *machine)
@@ -178,6 +186,46 @@ void machine_interrupt_next(struct machine *machine, uint64_t after, machine_int
 uint64_t machine_instructions(const struct machine *machine)
 {
     return machine->ops->instructions(machine);
+}
+
+bool machine_rehearses(const struct machine *machine)
+{
+    return machine->ops->rehearse != NULL && machine->config.interruptible;
+}
+
+void machine_rehearse(struct machine *machine, struct machine_outcome *outcome)
+{
+    machine->ops->rehearse(machine, outcome);
+}
+
+unsigned machine_next_operands(struct machine *machine, struct code_operand operands[CODE_OPERANDS])
+{
+    return machine->ops->next_operands(machine, operands);
+}
+
+uint64_t machine_services(const struct machine *machine)
+{
+    return machine->served;
+}
+
+bool machine_own_data(const struct machine *machine, unsigned index, void **at, size_t *size)
+{
+    size_t count = (machine->span_end - machine->span_begin) / PAGE;
+
+    for (size_t page = 0; page < count; page++) {
+        size_t end = page;
+
+        while (end < count && (machine->page_access[end] & PROT_WRITE))
+            end++;
+        if (end == page || index-- > 0) {
+            page = end;
+            continue;
+        }
+        *at = machine->hull + page * PAGE;
+        *size = (end - page) * PAGE;
+        return true;
+    }
+    return false;
 }
 
 int machine_alarm_open(struct machine *machine, char why[MACHINE_WHY])

@@ -14,13 +14,15 @@
  *
  * machine_load() to machine_unload() must happen in the same process and thread, the one that makes
  * the calls: load in the worker, not before the fork. No service may make a call of its own; calls
- * nest only where one interrupts another (machine_interrupt_next). From load to unload a watchdog's
- * SIGALRM arrives four times per hang_ns: sleeping system calls of the host end early with EINTR
- * then.
+ * nest only where one interrupts another (machine_interrupt_next). From load to unload of a native
+ * machine a watchdog's SIGALRM arrives four times per hang_ns: sleeping system calls of the host
+ * end early with EINTR then. The emulator of an instrumented one does allocate when it meets code
+ * for the first time.
  *
  * What the module sees on entry is the same on every run with the same seed: addresses, poison, the
  * untouched part of its stack, and every general register and xmm register except its argument.
- * Not so the addresses of the host's functions, and what host services leave behind on its stack.
+ * Not so, natively, the addresses of the host's functions, and what host services leave behind on
+ * its stack.
  */
 #ifndef HARNESS_MACHINE_H
 #define HARNESS_MACHINE_H
@@ -59,7 +61,12 @@ enum machine_poison {
  *
  * Instrumented: an emulated CPU runs it, of whatever target the image is for. Addresses are the
  * host's: what machine_map() returns can be handed to the module as it is; memory of 32-bit targets
- * lies below 2 GiB. Time is instructions: nothing that a call does depends on the clock.
+ * lies below 2 GiB. Time is instructions: nothing that a call does depends on the clock, but for
+ * instructions that read it (rdtsc). It does less than a processor in these, and never more:
+ *   - no AVX and other late extensions (MACHINE_UNSUPPORTED, before anything is computed wrongly);
+ *   - x86: the alignment check flag and the alignment of movaps are not looked at, far calls, jumps
+ *     and returns fault, fsin and its like are computed with doubles;
+ *   - Thumb: no interrupt inside of the block that an IT begins.
  */
 enum machine_kind { MACHINE_NATIVE, MACHINE_INSTRUMENTED };
 
@@ -94,9 +101,11 @@ enum machine_outcome_kind {
 
 /* Parts of the calling convention that a module can break and still return. Everything is put right
  * again before machine_call() returns. The names are those of x86-64; other targets use the same
- * bits: i386: RBX ebx, RBP ebp, R12 esi, R13 edi Arm: RBX r4, RBP r5, R12 r6, R13 r7, R14 r8 or r9,
- * R15 r10 or r11; MXCSR: FPSCR; X87_STACK: d8 to d15 Win64: as x86-64, R12 also rsi, R13 also rdi;
- * X87_STACK also xmm6 to xmm15 */
+ * bits:
+ * i386: RBX, RBP, RSI, RDI for ebx, ebp, esi, edi
+ * Arm:  RBX, RBP, R12, R13 for r4 to r7, R14 for r8 and r9, R15 for r10 and r11; XMM for d8 to d15;
+ *       MXCSR for rounding, flush to zero, default NaN and traps of the FPSCR
+ */
 enum machine_abi {
     MACHINE_ABI_RBX = 1 << 0, /* callee-saved registers */
     MACHINE_ABI_RBP = 1 << 1,
@@ -112,7 +121,7 @@ enum machine_abi {
     MACHINE_ABI_X87_STACK = 1 << 11,   /* values left in the x87 registers, or MMX without emms;
                                           looked   at only when nothing else is broken */
     MACHINE_ABI_FS = 1 << 12,          /* base of fs: the host's thread pointer */
-    /* Of the Windows convention only: */
+    /* Of the Windows convention, but for what is said of Arm above: */
     MACHINE_ABI_RDI = 1 << 13, /* callee-saved registers */
     MACHINE_ABI_RSI = 1 << 14,
     MACHINE_ABI_XMM = 1 << 15, /* one of xmm6 to xmm15 */
@@ -270,7 +279,7 @@ uint64_t machine_instructions(const struct machine *machine);
  * put back.
  */
 void machine_rehearse(struct machine *machine, struct machine_outcome *outcome);
-/* Whether it can: not on an emulated CPU, and not where calls cannot be interrupted. */
+/* Whether it can: not where calls cannot be interrupted. */
 bool machine_rehearses(const struct machine *machine);
 
 /* For hooks: memory that the instruction which comes next reads or writes by its operands (not what

@@ -107,6 +107,8 @@ struct machine_ops {
     void (*interrupt_next)(struct machine *machine, uint64_t after, machine_interrupt *hook,
                            void *argument);
     uint64_t (*instructions)(const struct machine *machine);
+    void (*rehearse)(struct machine *machine, struct machine_outcome *outcome);
+    unsigned (*next_operands)(struct machine *machine, struct code_operand operands[CODE_OPERANDS]);
     int (*alarm_open)(struct machine *machine, char why[MACHINE_WHY]);
     void (*alarm_at)(struct machine *machine, uint64_t monotonic_ns);
     size_t (*stack_used)(const struct machine *machine);
@@ -126,7 +128,7 @@ struct machine {
 
     uint8_t *hull; /* where span_begin runs */
     uint64_t span_begin, span_end;
-    uint8_t *page_access; /* PROT_* of each page of the hull */
+    uint8_t *page_access;      /* PROT_* of each page of the hull */
     struct emulator *emulator; /* of an instrumented machine */
     unsigned pointer_size;
     bool low; /* everything that the module sees lies below 2 GiB */
@@ -139,7 +141,7 @@ struct machine {
     struct machine_served services[MACHINE_SERVICES];
     unsigned service_count;
     const void *caller; /* where the latest service returns to */
-    uint64_t served; /* services entered so far */
+    uint64_t served;    /* services entered so far */
 
     struct code_decoder *decoder; /* of machine_next_operands(), NULL: not open yet */
 
@@ -356,6 +358,10 @@ void machine_level_begin(struct machine *machine);
 void machine_level_end(struct machine *machine);
 /* Host services are not stepped: off on the way in, on again, if wanted, on the way out. */
 void machine_service_steps(struct machine *machine, bool on);
+/* rehearse.c */
+void machine_native_rehearse(struct machine *machine, struct machine_outcome *outcome);
+unsigned machine_native_next_operands(struct machine *machine,
+                                      struct code_operand operands[CODE_OPERANDS]);
 /* In the signal handler. True when the signal was about interrupts and has been dealt with. */
 bool machine_interrupt_signal(struct machine *machine, int sig, ucontext_t *context);
 

@@ -15,8 +15,6 @@ static int check_process(char why[MACHINE_WHY])
 {
     int persona = personality(0xffffffff);
 
-    if (machine_incident.machine != NULL)
-        return machine_fail(why, -EBUSY, "this process has loaded a module already");
     if (persona != -1 && (persona & READ_IMPLIES_EXEC))
         return machine_fail(why, -ENOTSUP, "the process runs with READ_IMPLIES_EXEC");
     return 0;
@@ -90,6 +88,8 @@ const struct machine_ops machine_native = {
     .call = machine_native_call,
     .interrupt_next = machine_native_interrupt_next,
     .instructions = machine_native_instructions,
+    .rehearse = machine_native_rehearse,
+    .next_operands = machine_native_next_operands,
     .alarm_open = machine_native_alarm_open,
     .alarm_at = machine_native_alarm_at,
     .stack_used = machine_stack_deepest,

@@ -7,7 +7,6 @@
  */
 #define _GNU_SOURCE 1
 #include <string.h>
-#include <sys/mman.h>
 
 #include "machine/machine_private.h"
 
@@ -26,7 +25,7 @@ static uint8_t *used_stack(const struct machine *machine, const struct machine_l
     return (uint8_t *)sp;
 }
 
-void machine_rehearse(struct machine *machine, struct machine_outcome *outcome)
+void machine_native_rehearse(struct machine *machine, struct machine_outcome *outcome)
 {
     struct machine_level *level = &machine->levels[machine->level - 1];
     const struct machine_level kept = *level;
@@ -57,37 +56,8 @@ void machine_rehearse(struct machine *machine, struct machine_outcome *outcome)
     machine_state.serial = serial + 1;
 }
 
-bool machine_rehearses(const struct machine *machine)
-{
-    return machine->ops == &machine_native && machine->config.interruptible;
-}
-
-uint64_t machine_services(const struct machine *machine)
-{
-    return machine->served;
-}
-
-bool machine_own_data(const struct machine *machine, unsigned index, void **at, size_t *size)
-{
-    size_t count = (machine->span_end - machine->span_begin) / PAGE;
-
-    for (size_t page = 0; page < count; page++) {
-        size_t end = page;
-
-        while (end < count && (machine->page_access[end] & PROT_WRITE))
-            end++;
-        if (end == page || index-- > 0) {
-            page = end;
-            continue;
-        }
-        *at = machine->hull + page * PAGE;
-        *size = (end - page) * PAGE;
-        return true;
-    }
-    return false;
-}
-
-unsigned machine_next_operands(struct machine *machine, struct code_operand operands[CODE_OPERANDS])
+unsigned machine_native_next_operands(struct machine *machine,
+                                      struct code_operand operands[CODE_OPERANDS])
 {
     static const int numbers[16] = { REG_RAX, REG_RCX, REG_RDX, REG_RBX, REG_RSP, REG_RBP,
                                      REG_RSI, REG_RDI, REG_R8,  REG_R9,  REG_R10, REG_R11,
