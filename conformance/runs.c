@@ -4,6 +4,7 @@
 
 #include <errno.h>
 #include <inttypes.h>
+#include <malloc.h>
 #include <pthread.h>
 #include <stdatomic.h>
 #include <stdio.h>
@@ -61,6 +62,9 @@ static void run_all(struct queue *queue)
     pthread_t threads[JOBS_MOST];
     const unsigned jobs = jobs_of(queue->options);
     unsigned made = 1;
+    /* A worker forked from a thread keeps the thread's heap, and one that is not the process's first
+     * grows by mprotect(), which a sealed worker may not. */
+    mallopt(M_ARENA_MAX, 1);
     while (made < jobs && made < (unsigned)queue->count &&
            pthread_create(&threads[made], NULL, work, queue) == 0)
         made++;
