@@ -108,6 +108,8 @@ static void fill_report(struct check *check, const struct check_options *options
     report->target = check->image->target_name;
     report->profile = options->profile->name;
     report->profile_title = title;
+    rule_book_hash(check->rule_book);
+    report->rule_book = check->rule_book;
     report->seed = options->seed;
     report->selection = options->rules;
     report->strict = options->strict;

@@ -28,6 +28,8 @@ struct check_options {
     const char *tool;  /* "tgm 0.1.0" */
     const struct profile *profile;
     uint64_t seed;
+    bool instrumented; /* every experiment on the instrumented machine, not only those that need it
+                         */
     unsigned jobs;   /* experiments that run at the same time; 0: one for each core */
     uint64_t cycles; /* of each cycle experiment; 0 = CHECK_SECONDS of machine time */
     /* Shell patterns over rule ids, with commas between them; one with '!' in front takes rules
@@ -53,6 +55,8 @@ struct check_options {
 
 /* Machine time over which runs are compared with one another, in ms. */
 #define CHECK_DIGEST_MS 2000
+/* Of each run in which every access is seen. */
+#define CHECK_TRACED_MS 2000
 
 struct check; /* owns everything the report points to */
 

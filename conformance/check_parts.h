@@ -3,8 +3,10 @@
 #ifndef CONFORMANCE_CHECK_PARTS_H
 #define CONFORMANCE_CHECK_PARTS_H
 
+#include "conformance/budgets.h"
 #include "conformance/check.h"
 #include "conformance/chronicle.h"
+#include "conformance/rule_book.h"
 
 struct check {
     struct image *image;
@@ -15,12 +17,14 @@ struct check {
     struct group_report groups[GROUP_COUNT];
     struct case_run *runs; /* by enum experiment_id */
     struct case_scenario *scenarios;
+    struct budget_report budgets[BUDGETS_MOST];
     struct chronicle chronicle;
     struct waiver_report waivers[WAIVERS_MOST];
     struct archive *archive; /* that it was made from; NULL: it was run */
     char hash[65];           /* of the manifest of the evidence; "" when none was saved */
     char today[16];
     char title[96];
+    char rule_book[RULE_BOOK_HASH];
     char cannot_run[FINDING_TEXT];
 };
 

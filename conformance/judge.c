@@ -39,6 +39,9 @@ static int tell(struct check *check, const struct case_file *file)
     report->timeline_count = check->chronicle.timeline_count;
     report->plots = check->chronicle.plots;
     report->plot_count = check->chronicle.plot_count;
+    report->coverage = check->chronicle.coverage;
+    report->coverage_count = check->chronicle.coverage_count;
+    report->coverage_reason = check->chronicle.coverage_reason;
     return r;
 }
 
@@ -101,6 +104,8 @@ int check_judge(struct check *check, const struct check_options *options)
         .scenario_count = options->scenario_count,
         .cannot_run = check->cannot_run,
     };
+    report->budgets = check->budgets;
+    report->budget_count = budgets_report(&file, check->budgets);
     list_waivers(check, options);
     for (size_t i = 0; i < report->rule_count; i++) {
         judge_rule(check, options, &file, i);

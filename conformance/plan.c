@@ -20,10 +20,13 @@ static void read_rows(const struct product *product, struct planned plan[EXPERIM
  * one has it. */
 static void one_cycle_only(struct planned *planned, int id)
 {
-    if (id == EXPERIMENT_CYCLE_250 || id == EXPERIMENT_CYCLE_1000)
+    if (id == EXPERIMENT_CYCLE_250 || id == EXPERIMENT_CYCLE_1000 || id == EXPERIMENT_TRACED_250 ||
+        id == EXPERIMENT_TRACED_1000)
         planned->inapplicable = true;
     if (id == EXPERIMENT_CYCLE_500)
         planned->experiment.name = "cycle";
+    if (id == EXPERIMENT_TRACED_500)
+        planned->experiment.name = "traced";
 }
 
 static uint64_t cycles_of(const struct check_options *options, const struct experiment_row *row,
@@ -57,6 +60,7 @@ static void plan_one(const struct check_options *options, const struct product *
     if (options->around != NULL)
         e->host = *options->around;
     e->host.product = product;
+    planned->inapplicable = planned->inapplicable || (row->usual_bus && options->around != NULL);
     if (options->around == NULL)
         e->host.cycle_us = row->cycle_us != 0 ? row->cycle_us : product->default_cycle_us;
     else
@@ -67,7 +71,8 @@ static void plan_one(const struct check_options *options, const struct product *
     e->host.mutation = row->mutation;
     e->poison = row->poison;
     e->places = row->places;
-    e->instrumented = row->instrumented;
+    e->instrumented = row->instrumented || options->instrumented;
+    e->traced = row->traced;
     if (row->data_bytes != 0)
         e->host.data_bytes = row->data_bytes;
     e->host.counters = row->counters;

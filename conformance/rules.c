@@ -10,7 +10,7 @@ static const struct rule rules[] = {
 #undef RULE
 };
 
-static const char *const group_names[GROUP_COUNT] = { "file", "start", "cycle", "machine" };
+static const char *const group_names[GROUP_COUNT] = { "file", "start", "cycle", "disturbed", "preempted", "machine" };
 
 const struct rule *rule_at(size_t index)
 {

@@ -85,6 +85,8 @@ static void judge(const struct case_file *file, enum incident_class class,
             finding_not_judged(findings, "%s", file->cannot_run);
             continue;
         }
+        if (case_unsupported(file, (enum experiment_id)id, findings))
+            continue;
         const struct evidence *evidence = &file->runs[id].result.evidence;
         for (unsigned i = 0; i < evidence->incident_count; i++)
             if (class_of(file->image, &evidence->incidents[i]) == class)
@@ -114,7 +116,27 @@ void check_no_stray_write(const struct case_file *file, struct findings *finding
     judge(file, CLASS_WRITE, findings);
 }
 
+/* Where code can be written without a fault, in images without protection, it is seen only when
+ * every access is. */
+static void report_code_writes(const struct case_file *file, enum experiment_id id,
+                               struct findings *findings)
+{
+    const struct audit_record *record = &file->runs[id].result.evidence.audit;
+    for (uint32_t i = 0; i < record->access_count; i++) {
+        const struct audit_access *row = &record->accesses[i];
+        if (row->memory != AUDIT_CODE || !row->write)
+            continue;
+        struct finding *finding = finding_add(findings, "%s wrote to the module's own code",
+                                              entry_name((enum entry)row->entry));
+        finding_stamp(finding, case_experiment(file, id), (enum entry)row->entry, row->first_cycle);
+        finding_place(finding, file, row->pc);
+    }
+}
+
 void check_no_code_write(const struct case_file *file, struct findings *findings)
 {
     judge(file, CLASS_CODE, findings);
+    for (int id = 0; id < EXPERIMENT_COUNT && findings->count == 0; id++)
+        if (experiment_in(ON_TRACED, id) && file->runs[id].ran)
+            report_code_writes(file, (enum experiment_id)id, findings);
 }

@@ -18,6 +18,10 @@ struct cycle_run {
 
 typedef void cycle_judge(const struct cycle_run *run);
 
+/* False when there is no evidence of that run (case_evidence). */
+bool cycle_run_open(struct cycle_run *run, const struct case_file *file, enum experiment_id id,
+                    struct findings *findings);
+
 /* Judges each run of the set that can be judged; one that ended early is judged and, unless
  * something was found, makes the rule not judged. */
 void cycle_each(const struct case_file *file, uint64_t set, cycle_judge *judge,
@@ -28,8 +32,5 @@ void cycle_each_traced(const struct case_file *file, cycle_judge *judge, struct 
 
 /* Where a function begins, for a finding that has no better place. */
 void cycle_place_function(const struct cycle_run *run, enum entry entry, struct finding *finding);
-/* "Program_04 wrote SERVO[0].Position": the register as the catalogue has it. */
-void cycle_register(const struct cycle_run *run, unsigned memory, uint32_t offset,
-                    char name[AUDIT_NAME]);
 
 #endif

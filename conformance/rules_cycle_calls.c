@@ -10,24 +10,29 @@
  * has a use for (decision H20). */
 enum { CONSOLE_BEGIN = 20, CONSOLE_PER_SECOND = 10 };
 
+bool cycle_run_open(struct cycle_run *run, const struct case_file *file, enum experiment_id id,
+                    struct findings *findings)
+{
+    const struct product *product = product_find(file->profile->product);
+    *run = (struct cycle_run){
+        .file = file,
+        .id = id,
+        .experiment = case_experiment(file, id),
+        .evidence = case_evidence(file, id, findings),
+        .catalogue = catalogue_find(product->generation, (int)product->memory_id),
+        .findings = findings,
+    };
+    return run->evidence != NULL;
+}
+
 void cycle_each(const struct case_file *file, uint64_t set, cycle_judge *judge,
                 struct findings *findings)
 {
     for (int id = 0; id < EXPERIMENT_COUNT; id++) {
-        if (!experiment_in(set, id))
+        struct cycle_run run;
+        if (!experiment_in(set, id) ||
+            !cycle_run_open(&run, file, (enum experiment_id)id, findings))
             continue;
-        const struct evidence *evidence = case_evidence(file, (enum experiment_id)id, findings);
-        if (evidence == NULL)
-            continue;
-        const struct product *product = product_find(file->profile->product);
-        const struct cycle_run run = {
-            .file = file,
-            .id = (enum experiment_id)id,
-            .experiment = case_experiment(file, (enum experiment_id)id),
-            .evidence = evidence,
-            .catalogue = catalogue_find(product->generation, (int)product->memory_id),
-            .findings = findings,
-        };
         judge(&run);
         case_complete(file, (enum experiment_id)id, findings);
     }
@@ -38,12 +43,6 @@ void cycle_place_function(const struct cycle_run *run, enum entry entry, struct 
     const struct image_symbol *symbol = image_export(run->file->image, entry_name(entry));
     if (symbol != NULL)
         finding_place(finding, run->file, symbol->vaddr);
-}
-
-void cycle_register(const struct cycle_run *run, unsigned memory, uint32_t offset,
-                    char name[AUDIT_NAME])
-{
-    audit_name(run->catalogue, memory, offset, name);
 }
 
 /* --- SleepFt --------------------------------------------------------------------------------- */

@@ -3,6 +3,7 @@
 #include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
+#include <string.h>
 
 #include "conformance/rules_cycle.h"
 
@@ -57,16 +58,37 @@ void check_no_jump(const struct case_file *file, struct findings *findings)
     cycle_each(file, ON_CYCLES, judge_jump, findings);
 }
 
+/* Who set it, as far as a run was traced: the same happens in each. */
+static void place_mode(const struct cycle_run *run, struct finding *finding)
+{
+    struct catalogue_line line;
+    for (int id = 0; id < EXPERIMENT_COUNT; id++) {
+        const struct audit_record *record = &run->file->runs[id].result.evidence.audit;
+        if (!experiment_in(ON_TRACED, id) || !run->file->runs[id].ran)
+            continue;
+        for (uint32_t i = 0; i < record->access_count; i++) {
+            const struct audit_access *row = &record->accesses[i];
+            if (!row->write || !row->before_op || row->first_value == 0 ||
+                !audit_line(run->catalogue, row->memory, row->offset, &line) ||
+                strcmp(line.name, "SERVO[n].Mode") != 0)
+                continue;
+            finding_place(finding, run->file, row->pc);
+            finding->function = entry_name((enum entry)row->entry);
+            return;
+        }
+    }
+}
+
 static void judge_early(const struct cycle_run *run)
 {
     const struct audit_motion *motion = motion_of(run, AUDIT_EARLY);
     if (motion == NULL)
         return;
-    stamp(run, motion,
-          finding_add(run->findings,
-                      "SERVO[%u].Mode is %.0f while its drive has not been in OP: it is to move "
-                      "before the bus is ready",
-                      motion->axis, motion->value));
+    struct finding *finding =
+        finding_add(run->findings, "SERVO[%u].Mode is %.0f before its drive has ever been in OP",
+                    motion->axis, motion->value);
+    stamp(run, motion, finding);
+    place_mode(run, finding);
 }
 
 void check_waits_for_bus(const struct case_file *file, struct findings *findings)

@@ -6,6 +6,20 @@
 
 #include "conformance/rules.h"
 
+/* Program_Ini returned and had looked at nothing: neither at what it was given nor through it. As
+ * far as it is known: from the run in which every access is seen. */
+static bool is_empty(const struct case_file *file)
+{
+    const struct case_run *run = &file->runs[EXPERIMENT_TRACED_500];
+    const struct audit_record *record = &run->result.evidence.audit;
+    bool looked = !run->ran || !record->traced ||
+                  run->result.evidence.calls[ENTRY_INI].count == 0 ||
+                  record->functions[ENTRY_INI].looked > 0;
+    for (uint32_t i = 0; run->ran && i < record->access_count; i++)
+        looked = looked || record->accesses[i].entry == ENTRY_INI;
+    return !looked;
+}
+
 /* Adds a finding when Program_Ini did not return `wanted` in the experiment; `where` says under
  * which conditions. */
 static void expect_result(const struct case_file *file, enum experiment_id id, int32_t wanted,
@@ -14,6 +28,10 @@ static void expect_result(const struct case_file *file, enum experiment_id id, i
     const struct evidence *evidence = case_evidence(file, id, findings);
     if (evidence == NULL)
         return;
+    if (wanted == 0 && is_empty(file)) {
+        finding_not_judged(findings, "Program_Ini looks at nothing (rule ini-body)");
+        return;
+    }
     if (evidence->incident_count > 0) {
         char text[FINDING_TEXT];
         incident_describe(&evidence->incidents[0], text);
@@ -36,6 +54,23 @@ static void expect_result(const struct case_file *file, enum experiment_id id, i
         return;
     struct finding *finding = finding_add(
         findings, "%s: Program_Ini returned %d, it must return %d", where, (int)value, (int)wanted);
+    const struct image_symbol *symbol = image_export(file->image, entry_name(ENTRY_INI));
+    if (symbol != NULL)
+        finding_place(finding, file, symbol->vaddr);
+    finding->function = entry_name(ENTRY_INI);
+}
+
+void check_ini_body(const struct case_file *file, struct findings *findings)
+{
+    const struct case_run *run = &file->runs[EXPERIMENT_TRACED_500];
+    /* What became of the other functions does not matter. */
+    const bool seen = run->ran && run->result.evidence.audit.functions[ENTRY_INI].calls > 0;
+    if (!seen && case_evidence(file, EXPERIMENT_TRACED_500, findings) != NULL)
+        finding_not_judged(findings, "no call of Program_Ini was seen to its end");
+    if (!seen || !is_empty(file))
+        return;
+    struct finding *finding =
+        finding_add(findings, "Program_Ini is empty: it looks at nothing that TG Motion gives it");
     const struct image_symbol *symbol = image_export(file->image, entry_name(ENTRY_INI));
     if (symbol != NULL)
         finding_place(finding, file, symbol->vaddr);

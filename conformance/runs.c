@@ -62,8 +62,8 @@ static void run_all(struct queue *queue)
     pthread_t threads[JOBS_MOST];
     const unsigned jobs = jobs_of(queue->options);
     unsigned made = 1;
-    /* A worker forked from a thread keeps the thread's heap, and one that is not the process's first
-     * grows by mprotect(), which a sealed worker may not. */
+    /* A worker inherits the heap of the thread that made it, and one that is not the main heap
+     * grows in a way that a sealed process is forbidden. */
     mallopt(M_ARENA_MAX, 1);
     while (made < jobs && made < (unsigned)queue->count &&
            pthread_create(&threads[made], NULL, work, queue) == 0)

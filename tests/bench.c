@@ -9,6 +9,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/resource.h>
 #include <time.h>
 
 #include "conformance/check.h"
@@ -69,6 +70,46 @@ static void bench_machine(const struct image *image)
            run_once(image, 500, 1, false) * 1e3);
 }
 
+/* Most memory that a worker had so far, MiB. */
+static double worker_memory(void)
+{
+    struct rusage used;
+    getrusage(RUSAGE_CHILDREN, &used);
+    return (double)used.ru_maxrss / 1024;
+}
+
+/* A machine of some size for an hour: whether long runs are fit for every day, and whether memory
+ * stays what it was after a minute. */
+static void bench_hour(const struct image *image)
+{
+    static const struct bus_device devices[] = {
+        { .type = "drive-cia402" }, { .type = "drive-cia402" }, { .type = "drive-cia402" },
+        { .type = "drive-cia402" }, { .type = "drive-cia402" }, { .type = "drive-cia402" },
+        { .type = "drive-cia402" }, { .type = "drive-cia402" }, { .type = "dio-8x8" },
+        { .type = "dio-8x8" },      { .type = "dio-8x8" },      { .type = "dio-8x8" },
+    };
+    static const struct plant plant = { .devices = devices, .device_count = 12, .as_found = true };
+    static const unsigned minutes[] = { 1, 60 };
+    static struct experiment_result result;
+    printf("8 drives, 4 terminals, 500 us, the template\n");
+    for (size_t i = 0; i < sizeof minutes / sizeof minutes[0]; i++) {
+        const struct experiment experiment = {
+            .name = "hour",
+            .host = { .product = product_find("pc4"), .cycle_us = 500, .seed = 1, .plant = &plant },
+            .cycles = minutes[i] * UINT64_C(60) * 2000,
+        };
+        const double begin = seconds();
+        const int r = experiment_run(&experiment, image, NULL, NULL, NULL, &result);
+        const double took = seconds() - begin;
+        if (r != 0 || result.evidence.cycles_done != experiment.cycles ||
+            result.evidence.incident_count != 0 || !result.evidence.all_op) {
+            fprintf(stderr, "bench: the hour was not run through: %s\n", result.evidence.trouble);
+            exit(2);
+        }
+        printf("  %2u min of machine time: %6.2f s, %.1f MiB\n", minutes[i], took, worker_memory());
+    }
+}
+
 /* The static phase on the module as it is, and padded to 1 MiB. */
 static void bench_static(const char *path)
 {
@@ -122,6 +163,7 @@ int main(int argc, char **argv)
         return 2;
     }
     bench_machine(image);
+    bench_hour(image);
     image_close(image);
     bench_static(argv[1]);
     bench_check(argv[1]);

@@ -258,14 +258,26 @@ static void record(struct rig *rig, uint64_t *into)
     }
 }
 
-/* The template's module: every register of every cycle, homing and strokes and console included. */
+/* The template's module: every register of every cycle, homing and strokes and console included,
+ * under a scenario. */
 static void after_a_reset_everything_is_as_after_a_fresh_start(void **state)
 {
     static const char script[] =
         "at 20ms unplug after 1 for 5ms\nfrom 900ms to 1s lose 10% frames seed 7\n";
-    const struct host_config config = { .resettable = true,
-                                        .faults = script,
-                                        .faults_name = "script" };
+    static const char played[] = "at 300ms input DIO[0] channel 3 = 1\n"
+                                 "at 400ms set DATA.U32[60000] = 7\n"
+                                 "after 10ms fault unplug after 1 for 20ms\n"
+                                 "wait until SERVO[0].Status == 3 within 500ms\n"
+                                 "repeat 3\nafter 50ms input DIO[0] channel 0 = 1\n"
+                                 "after 50ms input DIO[0] channel 0 = 0\nend\n";
+    struct scenario *scenario;
+    char why[SCENARIO_WHY];
+    assert_int_equal(
+        scenario_read(&scenario, played, sizeof played - 1, "played", catalogue_find(4, 0), why),
+        0);
+    const struct host_config config = {
+        .resettable = true, .faults = script, .faults_name = "script", .scenario = scenario
+    };
     struct rig *rig = rig_open_file(TEST_TEMPLATE, &config);
     static uint64_t fresh[RECORDED], again[RECORDED];
     uint64_t faults;
@@ -287,8 +299,11 @@ static void after_a_reset_everything_is_as_after_a_fresh_start(void **state)
         assert_memory_equal(fresh, again, sizeof fresh);
         assert_int_equal(rig->evidence.fault_count, faults * (2 + (unsigned)turn));
         assert_int_equal(rig->evidence.loads, 1 + turn);
+        assert_true(host_played(rig->host));
     }
+    assert_int_equal(rig->evidence.failed, 0);
     rig_close(rig);
+    scenario_close(scenario);
 }
 
 static void a_fresh_host_gives_the_same_recording(void **state)

@@ -12,7 +12,8 @@ FIXTURE_LDFLAGS := -nostdlib -shared -Wl,-Bsymbolic -Wl,-e,0 -Wl,--hash-style=gn
     -Wl,--build-id=none
 
 # tests/fixture.sh says what a fixture's first lines may ask for.
-FIXTURE_MADE_WITH := tests/fixture.sh conformance/fixtures/base.h conformance/fixtures/hidden.h sdk/include/tgm_plc.h \
+FIXTURE_MADE_WITH := tests/fixture.sh conformance/fixtures/base.h conformance/fixtures/hidden.h \
+    conformance/fixtures/axis.h sdk/include/tgm_plc.h \
     sdk/include/tgm/layout_gen4.h sdk/src/mem.c
 define fixture_rule
 $(FIXTURE_DIR)/%$(2): conformance/fixtures/%.$(1) $(FIXTURE_MADE_WITH) | $(BUILD)/.deps-test
@@ -25,12 +26,16 @@ $(foreach suffix,c cpp S,$(foreach ending,.tgm .tgm.bin,$(eval $(call fixture_ru
 # Each test program: its own source and what of the rooms it needs (all of them: they are small).
 UNIT_TESTS := test_osc test_text16 test_catalogue test_fixtures \
     test_scenario \
+    test_certificate \
     test_chronicle \
     test_report \
+    test_audit \
+    test_budgets \
     test_profile \
     test_curves \
     test_schedule \
     test_interp_path \
+    test_evidence \
     test_rules_file \
     test_config
 SDK_TESTS := test_sdk_mem test_sdk_text test_sdk_motion test_sdk_start test_sdk_start5 test_sdk_start8
@@ -42,6 +47,7 @@ IMAGE_TESTS := test_image test_image_real test_image_bad test_image_damage test_
 MACHINE_TESTS := test_machine test_machine_call test_machine_load test_machine_seal test_worker \
     test_machine_stack \
     test_machine_preempt \
+    test_machine_rehearse \
     test_machine_windows \
     test_instrumented \
     test_instrumented_targets \
@@ -170,11 +176,13 @@ HOST_TESTS := test_scope test_host \
     test_scenario_host \
     test_plc \
     test_preempt \
+    test_races \
     test_motion \
     test_gear \
     test_interpolator
 HOST_TESTS += test_services
 HOST_TESTS += test_digest
+HOST_TESTS += test_watch
 HOST_TESTS += test_can
 HOST_TESTS += test_eeprom
 HOST_TESTS += test_targets
@@ -238,6 +246,9 @@ $(BUILD)/test/%: $(BUILD)/obj/tests/%.o $(ROOM_OBJ)
 	@echo "  LINK   $@"
 	$(Q)$(CC) $(OPT) $(CFLAGS) -o $@ $^ $(LDFLAGS) $(LIBS) -lcmocka
 
+$(BUILD)/obj/tests/test_fixtures.o $(BUILD)/obj/tests/test_evidence.o: ALL_CFLAGS += -DFIXTURE_DIR='"$(FIXTURE_DIR)"'
+$(BUILD)/obj/tests/test_evidence.o: ALL_CFLAGS += -DTEST_EVIDENCE_DIR='"$(BUILD)/test-evidence"'
+$(BUILD)/test/test_evidence: | $(FIXTURES)
 $(BUILD)/test/test_rules_file: | $(FIXTURES) $(IMAGE_MODULES)
 $(BUILD)/obj/tests/test_rules_file.o: ALL_CFLAGS += -DTEST_MODULES_DIR='"$(BUILD)/modules"'
 $(BUILD)/obj/tests/test_rules_file.o $(BUILD)/obj/tests/test_fixtures.o: ALL_CFLAGS += -DFIXTURE_DIR='"$(FIXTURE_DIR)"'

@@ -154,7 +154,6 @@ int audit_open(struct audit *audit, const struct catalogue *catalogue, struct au
     struct build build = { .audit = audit, .catalogue = catalogue, .count_only = true };
     memset(audit, 0, sizeof *audit);
     audit->record = record;
-    record->traced = true;
     while (audit->memory_count < AUDIT_MEMORIES &&
            catalogue_memory(catalogue, audit->memory_count) != NULL)
         audit->memory_count++;
@@ -296,14 +295,16 @@ static void count(struct audit_access *row, const struct audit_call *call,
     }
 }
 
-/* PLC_DATA, which lies behind the memories, cannot be written. */
 void audit_access(void *argument, const struct trace_access *access)
 {
     struct audit *audit = argument;
-    if (audit->depth == 0 ||
-        (access->region != TRACE_CODE && access->region >= audit->memory_count))
+    if (audit->depth == 0)
         return;
     struct audit_call *call = &audit->calls[audit->depth - 1];
+    if (access->region != TRACE_CODE && access->region >= audit->memory_count) {
+        audit->record->functions[call->entry].looked++; /* behind the memories lies PLC_DATA */
+        return;
+    }
     const struct place place = place_of(audit, access);
     note_order(audit->record, call, access, &place);
     struct audit_access *row = row_of(audit, call->entry, access, &place);
@@ -322,12 +323,15 @@ void audit_begin(struct audit *audit, enum entry entry, uint64_t cycle, bool op)
             (struct audit_call){ .entry = entry, .cycle = cycle, .op = op };
 }
 
-void audit_end(struct audit *audit, uint64_t instructions, uint64_t stack_bytes)
+void audit_end(struct audit *audit, bool returned, uint64_t instructions, uint64_t stack_bytes)
 {
     if (audit->depth == 0)
         return;
     const struct audit_call *call = &audit->calls[--audit->depth];
     struct audit_function *function = &audit->record->functions[call->entry];
+    audit->record->traced = audit->record->traced || instructions > 0;
+    if (!returned)
+        return;
     function->calls++;
     function->instructions += instructions;
     if (instructions > function->worst_instructions) {

@@ -70,6 +70,7 @@ struct audit_function {
     uint64_t calls; /* that were counted: traced */
     uint64_t instructions, worst_instructions, worst_cycle;
     uint64_t stack_bytes;
+    uint64_t looked;     /* accesses to the PLC_DATA that it was given */
     unsigned abi_broken; /* enum machine_abi, of all calls */
     uint64_t abi_cycle;  /* of the first that broke something */
     uint64_t sleeps, sleep_cycle, sleep_pc;
@@ -93,7 +94,7 @@ struct audit_motion {
 };
 
 struct audit_record {
-    bool traced;
+    bool traced; /* a machine has counted what it executed */
     uint32_t access_count;
     uint64_t access_dropped; /* accesses for which there was no row any more */
     struct audit_access accesses[AUDIT_ACCESSES];
@@ -134,7 +135,8 @@ void audit_close(struct audit *audit);
 
 /* Around every call. Calls nest where one interrupts another. */
 void audit_begin(struct audit *audit, enum entry entry, uint64_t cycle, bool op);
-void audit_end(struct audit *audit, uint64_t instructions, uint64_t stack_bytes);
+/* What a call took that did not return does not count. */
+void audit_end(struct audit *audit, bool returned, uint64_t instructions, uint64_t stack_bytes);
 /* One access of the module: a trace_callback. */
 void audit_access(void *audit, const struct trace_access *access);
 

@@ -34,9 +34,30 @@ static void clean_incident(struct evidence_incident *incident)
         incident->fault.access = MACHINE_ACCESS_NONE;
     clean_bool(&incident->fault.in_module);
     clean_bool(&incident->fault.has_pc);
+    clean_bool(&incident->fault.syscall_i386);
     incident->fault.service = NULL;
     end_text(incident->fault.region, sizeof incident->fault.region);
     end_text(incident->service, sizeof incident->service);
+}
+
+static void clean_race(struct evidence_race *race)
+{
+    if ((unsigned)race->kind > RACE_FAILED)
+        race->kind = RACE_NEITHER;
+    clean_entry(&race->entry);
+    clean_entry(&race->by);
+    clean_entry(&race->failed);
+    clean_bool(&race->has_by_pc);
+    clean_bool(&race->by_writes);
+    if ((unsigned)race->outcome > MACHINE_HANG)
+        race->outcome = MACHINE_FAULT;
+    if ((unsigned)race->fault.access > MACHINE_ACCESS_EXECUTE)
+        race->fault.access = MACHINE_ACCESS_NONE;
+    clean_bool(&race->fault.in_module);
+    clean_bool(&race->fault.has_pc);
+    clean_bool(&race->fault.syscall_i386);
+    race->fault.service = NULL;
+    end_text(race->fault.region, sizeof race->fault.region);
 }
 
 static void clean_value(struct scenario_value *value)
@@ -70,6 +91,8 @@ void evidence_clean(struct evidence *evidence)
     clean_entry(&evidence->entry);
     for (unsigned i = 0; i < ENTRY_COUNT; i++)
         clean_bool(&evidence->calls[i].disabled);
+    for (unsigned i = 0; i < EVIDENCE_AXES; i++)
+        clean_bool(&evidence->unable[i].fault);
     clean_bool(&evidence->all_op);
     clean_bool(&evidence->eeprom.saved);
     clean_bool(&evidence->instrumented);
@@ -79,6 +102,10 @@ void evidence_clean(struct evidence *evidence)
         evidence->eeprom.size = EVIDENCE_EEPROM;
     if (evidence->axis_count > EVIDENCE_AXES)
         evidence->axis_count = EVIDENCE_AXES;
+    if (evidence->race_count > EVIDENCE_RACES)
+        evidence->race_count = EVIDENCE_RACES;
+    for (unsigned i = 0; i < EVIDENCE_RACES; i++)
+        clean_race(&evidence->races[i]);
     if (evidence->incident_count > EVIDENCE_INCIDENTS)
         evidence->incident_count = EVIDENCE_INCIDENTS;
     for (unsigned i = 0; i < EVIDENCE_INCIDENTS; i++)
@@ -96,6 +123,7 @@ void evidence_clean(struct evidence *evidence)
         clean_entry(&evidence->interrupts[i].entry);
     if (evidence->digest.state_count > DIGEST_STATES)
         evidence->digest.state_count = DIGEST_STATES;
+    coverage_clean(&evidence->coverage);
     sketch_clean(&evidence->sketch);
     clean_bool(&evidence->clock.used);
     end_text(evidence->clock.notice, sizeof evidence->clock.notice);

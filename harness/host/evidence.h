@@ -15,6 +15,7 @@
 
 #include "bus/bus.h"
 #include "host/audit.h"
+#include "host/coverage.h"
 #include "host/digest.h"
 #include "host/product.h"
 #include "host/realtime.h"
@@ -32,6 +33,7 @@
 #define EVIDENCE_LINES      64
 #define EVIDENCE_EEPROM     2752
 #define EVIDENCE_INTERRUPTS 64
+#define EVIDENCE_RACES      16
 
 /* Where in the run something was. Cycle counts from 0; before the first cycle it is
  * EVIDENCE_NO_CYCLE. */
@@ -70,10 +72,53 @@ struct evidence_interrupt {
     uint64_t instructions; /* of the call before it; 0 on the real clock */
 };
 
+/* What an interrupt that was tried out led to. */
+enum evidence_race_kind {
+    RACE_NEITHER, /* a word has a value that it has in neither uninterrupted order */
+    RACE_MIXED,   /* of what one function leaves, one word is of the one order, one of the other */
+    RACE_FAILED   /* a function did not return that returns in both orders */
+};
+
+/* A word of memory, eight bytes at a multiple of eight. */
+struct evidence_word {
+    int32_t memory;         /* of the catalogue, by index; -1: the module's own data */
+    uint32_t bit;           /* first of the 32 that are wrong: 0 or 32 */
+    uint64_t offset;        /* in that memory; of the module's own: its address */
+    uint64_t first, second; /* values after: the interrupted function first, the other first */
+    uint64_t found;         /* and when it was interrupted */
+};
+
+/* The first of its kind; what is the same of another cycle or instruction is counted. */
+struct evidence_race {
+    enum evidence_race_kind kind;
+    enum entry entry, by;
+    uint64_t cycle, count;
+    uint64_t pc, instructions;     /* before which instruction, as of an interrupt */
+    struct evidence_word words[2]; /* RACE_MIXED: of the order entry-by, of by-entry; else one */
+    bool has_by_pc;
+    uint64_t by_pc; /* where the interrupting function touches what both use */
+    bool by_writes;
+    struct evidence_word shared; /* what it touches there */
+    enum entry failed;           /* RACE_FAILED: who */
+    enum machine_outcome_kind outcome;
+    struct machine_fault fault;
+};
+
 /* Something that went wrong on the bus because the experiment wanted it. */
 struct evidence_fault {
     int64_t time_ns; /* simulated; below 0: before the first cycle */
     char text[BUS_FAULT_TEXT];
+};
+
+/* An axis that was to move, and could not: its drive reported a fault, or was not in OP, or did not
+ * answer, after it had been in OP. (unable.c) */
+struct evidence_unable {
+    uint64_t cycles; /* in which it was so */
+    uint64_t driven; /* of them, UNABLE_GRACE_NS after it began and later: its set-point moved on */
+    uint64_t cycle;  /* the first of these; and what was so then */
+    uint32_t al_state;
+    bool fault;
+    double distance; /* inc: from the axis to its set-point */
 };
 
 /* How far a scenario got. */
@@ -144,6 +189,8 @@ struct evidence {
     double axis_position[EVIDENCE_AXES]; /* inc */
     bool all_op;
     struct evidence_calls calls[ENTRY_COUNT];
+    uint64_t called_cycle[ENTRY_COUNT]; /* of the latest call of each */
+    struct evidence_unable unable[EVIDENCE_AXES];
 
     unsigned incident_count; /* stored; all that happened are stored, a function is disabled by its
                                 first */
@@ -167,6 +214,12 @@ struct evidence {
     uint64_t interrupt_count; /* all; the first EVIDENCE_INTERRUPTS are stored */
     struct evidence_interrupt interrupts[EVIDENCE_INTERRUPTS];
 
+    /* PREEMPT_TRIED: calls that were, interrupts of them; how many went wrong, of those the first.
+     */
+    uint64_t tried_calls, tried_points, race_total;
+    unsigned race_count;
+    struct evidence_race races[EVIDENCE_RACES];
+
     unsigned loads;    /* of the module, besides the first */
     bool instrumented; /* the emulated CPU ran it */
     struct evidence_lookup lookup;
@@ -177,6 +230,7 @@ struct evidence {
     size_t stack_used;   /* bytes */
     unsigned slaves;
     struct digest digest;
+    struct coverage coverage; /* on the instrumented machine */
     struct sketch sketch; /* of the first axes; no row without a bus */
 
     struct audit_record audit; /* audit.h */

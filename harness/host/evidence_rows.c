@@ -193,9 +193,44 @@ static const struct evidence_row audit[] = {
     { NULL, 0, 0, 0, NULL },
 };
 
+static const struct evidence_row unable[] = {
+    { VALUE(evidence_unable, cycles) },
+    { VALUE(evidence_unable, driven) },
+    { VALUE(evidence_unable, cycle) },
+    { VALUE(evidence_unable, al_state) },
+    { VALUE(evidence_unable, fault) },
+    { VALUE(evidence_unable, distance) },
+    { NULL, 0, 0, 0, NULL },
+};
+
+static const struct evidence_row word[] = {
+    { VALUE(evidence_word, memory) }, { VALUE(evidence_word, bit) },
+    { VALUE(evidence_word, offset) }, { VALUE(evidence_word, first) },
+    { VALUE(evidence_word, second) }, { VALUE(evidence_word, found) },
+    { NULL, 0, 0, 0, NULL },
+};
+
+static const struct evidence_row race[] = {
+    { VALUE(evidence_race, kind) },         { VALUE(evidence_race, entry) },
+    { VALUE(evidence_race, by) },           { VALUE(evidence_race, cycle) },
+    { VALUE(evidence_race, count) },        { VALUE(evidence_race, pc) },
+    { VALUE(evidence_race, instructions) }, { PARTS(evidence_race, words, word) },
+    { VALUE(evidence_race, has_by_pc) },    { VALUE(evidence_race, by_pc) },
+    { VALUE(evidence_race, by_writes) },    { PART(evidence_race, shared, word) },
+    { VALUE(evidence_race, failed) },       { VALUE(evidence_race, outcome) },
+    { PART(evidence_race, fault, fault) },  { NULL, 0, 0, 0, NULL },
+};
+
 static const struct evidence_row sketch[] = {
     { VALUE(sketch, cycles) }, { VALUE(sketch, per_bucket) }, { VALUE(sketch, used) },
     { VALUES(sketch, now) },   { GRID(sketch, least) },       { GRID(sketch, greatest) },
+    { NULL, 0, 0, 0, NULL },
+};
+
+static const struct evidence_row coverage[] = {
+    { VALUE(coverage, begin) },
+    { VALUE(coverage, size) },
+    { VALUES(coverage, bits) },
     { NULL, 0, 0, 0, NULL },
 };
 
@@ -210,6 +245,8 @@ static const struct evidence_row evidence[] = {
     { VALUES(evidence, axis_position) },
     { VALUE(evidence, all_op) },
     { PARTS(evidence, calls, calls) },
+    { VALUES(evidence, called_cycle) },
+    { PARTS(evidence, unable, unable) },
     { VALUE(evidence, incident_count) },
     { PARTS(evidence, incidents, incident) },
     { VALUE(evidence, message_count) },
@@ -226,6 +263,11 @@ static const struct evidence_row evidence[] = {
     { PART(evidence, eeprom, eeprom) },
     { VALUE(evidence, interrupt_count) },
     { PARTS(evidence, interrupts, interrupt) },
+    { VALUE(evidence, tried_calls) },
+    { VALUE(evidence, tried_points) },
+    { VALUE(evidence, race_total) },
+    { VALUE(evidence, race_count) },
+    { PARTS(evidence, races, race) },
     { VALUE(evidence, loads) },
     { VALUE(evidence, instrumented) },
     { PART(evidence, lookup, lookup) },
@@ -236,6 +278,7 @@ static const struct evidence_row evidence[] = {
     { VALUE(evidence, slaves) },
     { PART(evidence, digest, digest) },
     { PART(evidence, audit, audit) },
+    { PART(evidence, coverage, coverage) },
     { PART(evidence, sketch, sketch) },
     { VALUES(evidence, trouble) },
     { NULL, 0, 0, 0, NULL },

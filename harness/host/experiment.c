@@ -131,6 +131,14 @@ static void run_cycles(const struct experiment *experiment, struct host *host,
     }
 }
 
+static void note_coverage(const struct machine *machine, struct coverage *coverage)
+{
+    uint64_t begin, end;
+    const uint8_t *bits = machine_coverage(machine, &begin, &end);
+    if (bits != NULL)
+        coverage_take(coverage, bits, begin, end);
+}
+
 static int play(struct job *job, struct evidence *evidence, int pipe_fd, struct machine *machine,
                 struct host *host)
 {
@@ -152,14 +160,38 @@ static int play(struct job *job, struct evidence *evidence, int pipe_fd, struct 
         block_oscilloscope(&job->block, host);
     block_flush(&job->block);
     evidence->stack_used = machine_stack_used(machine);
+    note_coverage(machine, &evidence->coverage);
     evidence->stage = EVIDENCE_FINISHED;
+    return 0;
+}
+
+/* What an instrumented machine sees goes into the tables of the evidence. A process has one
+ * machine. */
+static int trace_open(const struct experiment *experiment, struct host_config *around,
+                      struct evidence *evidence, struct machine_config *config)
+{
+    static struct audit audit;
+    static struct machine_trace trace;
+    const struct product *product = around->product;
+    if (!experiment->traced)
+        return 0;
+    int r = audit_open(&audit, catalogue_find(product->generation, (int)product->memory_id),
+                       &evidence->audit);
+    if (r != 0) {
+        snprintf(evidence->trouble, sizeof evidence->trouble, "no memory for what is traced");
+        return r;
+    }
+    trace = (struct machine_trace){ .access = audit_access, .argument = &audit };
+    config->trace = &trace;
+    around->audit = &audit;
     return 0;
 }
 
 static bool is_instrumented(const struct experiment *experiment, const struct image *image)
 {
     char why[MACHINE_WHY];
-    return experiment->instrumented || machine_fits(image, MACHINE_NATIVE, why) != 0;
+    return experiment->instrumented || experiment->traced ||
+           machine_fits(image, MACHINE_NATIVE, why) != 0;
 }
 
 static int prepare(const struct experiment *experiment, struct host_config *around,
@@ -167,7 +199,7 @@ static int prepare(const struct experiment *experiment, struct host_config *arou
                    struct machine **machine, struct host **host)
 {
     evidence->instrumented = is_instrumented(experiment, image);
-    const struct machine_config config = {
+    struct machine_config config = {
         .seed = around->seed,
         .kind = evidence->instrumented ? MACHINE_INSTRUMENTED : MACHINE_NATIVE,
         .places = experiment->places,
@@ -176,10 +208,14 @@ static int prepare(const struct experiment *experiment, struct host_config *arou
         .hang_ns = hang_ns,
         .interruptible = experiment->real_clock || around->preempt.mode != PREEMPT_NONE,
     };
-    int r = machine_load(machine, image, &config, evidence->trouble);
+    int r = trace_open(experiment, around, evidence, &config);
+    if (r == 0)
+        r = machine_load(machine, image, &config, evidence->trouble);
     if (r != 0)
         return r;
     evidence->stage = EVIDENCE_LOADED;
+    if (around->preempt.mode == PREEMPT_TRIED && around->preempt.at == 0)
+        around->preempt.at = experiment->cycles;
     if (experiment->real_clock)
         r = realtime_open(&around->real, *machine, around->cycle_us, &evidence->clock,
                           evidence->trouble);

@@ -27,6 +27,7 @@ struct experiment {
     uint64_t reload_ns; /* simulated time at which the PLC is run again (host_run); 0: never */
     enum machine_poison poison; /* MACHINE_POISON_NONE: the usual one, MACHINE_POISON_SEEDED */
     uint64_t places;            /* where things lie: machine_config */
+    bool traced; /* on the instrumented machine; what it sees is in evidence.audit */
     bool instrumented; /* on the emulated CPU; where a module runs natively nowhere, always */
     bool real_clock;   /* slots come when they are due by the wall clock (realtime.h) */
     /* Ends the run with the cycle when it becomes true; NULL: nothing does. Needs a progress

@@ -90,6 +90,7 @@ static void periods_open(struct host *host)
 static void close_host(struct host *host)
 {
     rewind_free(host);
+    races_close(host);
     if (host->bus != NULL)
         bus_close(host->bus);
     interpolators_close(host);
@@ -133,6 +134,8 @@ static int open_host(struct host **out, const struct host_config *config, struct
     if (r == 0)
         r = bus_ready(host, why);
     if (r == 0)
+        r = races_open(host, why);
+    if (r == 0)
         memories_mutate(host);
 out:
     if (r != 0) {
@@ -169,7 +172,10 @@ bool host_call(struct host *host, enum entry entry)
         return false;
     evidence->entry = entry;
     evidence->stage = EVIDENCE_CALLING;
+    evidence->called_cycle[entry] = evidence->cycle;
     host->preempt.called |= 1u << entry;
+    if (host->races != NULL)
+        races_try(host, entry);
     preempt_plan(host, entry);
     watch_begin(host, entry);
     machine_call(host->machine, host->entry_address[entry], host->plc_data_module[entry], &outcome);

@@ -102,12 +102,14 @@ enum clock_choice { CLOCK_DEFAULT, CLOCK_OFF, CLOCK_ON };
 enum preempt_mode {
     PREEMPT_NONE,
     PREEMPT_SEEDED, /* places and numbers of slots are a function of the seed */
-    PREEMPT_AT      /* before instruction `at`; slots go by until Program_04 has been called */
+    PREEMPT_AT,     /* before instruction `at`; slots go by until Program_04 has been called */
+    PREEMPT_TRIED   /* not, but what interrupts would lead to is tried out on the side (races.c) */
 };
 
 struct host_preempt {
     enum preempt_mode mode;
-    uint64_t at;
+    uint64_t at;    /* AT: the instruction; TRIED: cycles that the calls are spread over */
+    uint32_t calls; /* TRIED: of each function, about so many; 0 = 60 */
 };
 
 struct host_config {

@@ -26,6 +26,7 @@
 #include "host/osc.h"
 #include "host/plc.h"
 #include "host/preempt.h"
+#include "host/races.h"
 #include "host/realtime.h"
 #include "host/scenario_play.h"
 #include "host/schedule.h"
@@ -69,8 +70,10 @@ struct axis {
     bool seen;       /* raw is valid */
     double sent;     /* last set-point sent, inc */
     double sent_speed;
-    bool tracking; /* the set-point follows the axis because it is not enabled */
-    bool asked;    /* it was to be enabled when the outputs left */
+    bool tracking;          /* the set-point follows the axis because it is not enabled */
+    bool asked;             /* it was to be enabled when the outputs left */
+    uint64_t unable_cycles; /* unable.c: in a row; and where its set-point was in the latest */
+    double unable_at;
 
     /* safety.c: the stop that is being carried out, 0: none; and its set-point. */
     uint32_t stopping;
@@ -194,6 +197,7 @@ struct host {
 
     struct plc plc;
     struct preempt preempt;
+    struct races *races;   /* NULL: interrupts are not tried out */
     struct realtime *real; /* NULL: the clock is virtual */
     struct measured measured;
     struct digester *digester; /* NULL: no digest is wanted */
@@ -217,6 +221,7 @@ struct host {
 extern const struct host_part *const host_parts[];
 extern const struct host_part host_scope;
 extern const struct host_part host_scene;
+extern const struct host_part host_unable;
 extern const struct host_part host_watch;
 extern const struct host_part host_timers, host_servo, host_capture, host_motion, host_dio;
 extern const struct host_part host_digest;

@@ -9,9 +9,10 @@ const struct host_part *const host_parts[] = {
     &host_eeprom,
     &host_can,
     &host_safety,
-    &host_watch,        /* what the module left, before anybody uses it */
     &host_interpolator, /* its positions are set-points of the servos */
+    &host_watch,        /* what is about to leave */
     &host_servo,
+    &host_unable,
     &host_capture,
     &host_motion,
     &host_dio,

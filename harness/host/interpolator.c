@@ -87,9 +87,11 @@ static void publish_positions(struct interpolator *in, const double position[INT
                               double step)
 {
     INTERPOLATOR *reg = in->reg;
+    in->still = true;
     for (unsigned axis = 0; axis < INTERP_AXES; axis++) {
-        const double moved = position[axis] - in->position[axis];
+        const double moved = position[axis] - in->position[axis], before = in->backlash[axis];
         backlash(in, axis, moved);
+        in->still = in->still && moved == 0 && in->backlash[axis] == before;
         reg->Orig_Position[axis] = in->run.position[axis];
         reg->Position[axis] = position[axis];
         reg->Speed[axis] = moved / step;
@@ -97,6 +99,26 @@ static void publish_positions(struct interpolator *in, const double position[INT
         reg->Backlash[axis] = in->backlash[axis];
         in->position[axis] = position[axis];
     }
+}
+
+/* It stood in the last step and stands in this one, and no filter has anything to say to it. */
+static bool rests(const struct interpolator *in)
+{
+    const struct interp_run *run = &in->run;
+    return in->still && !interp_run_is_active(run) && in->spline.points == 0 && in->iir.axes == 0 &&
+           memcmp(run->position, in->position, sizeof in->position) == 0;
+}
+
+/* What a step leaves of one that rests: the module may have written there (M9). */
+static void publish_rest(struct interpolator *in)
+{
+    INTERPOLATOR *reg = in->reg;
+    memcpy(reg->Orig_Position, in->position, sizeof in->position);
+    memcpy(reg->Position, in->position, sizeof in->position);
+    memset(reg->Speed, 0, sizeof reg->Speed);
+    for (unsigned axis = 0; axis < INTERP_AXES; axis++)
+        reg->PositionInc[axis] = in->position[axis] * reg->Ratio[axis];
+    memcpy(reg->Backlash, in->backlash, sizeof in->backlash);
 }
 
 /* --- LookAheadBuffer --- */
@@ -263,10 +285,14 @@ static void step(struct host *host, struct interpolator *in)
     double position[INTERP_AXES];
     interp_run_step(&in->run, &inputs);
     signal_due(in);
-    memcpy(position, in->run.position, sizeof position);
-    interp_spline_step(&in->spline, position);
-    interp_iir_step(&in->iir, position);
-    publish_positions(in, position, seconds);
+    if (rests(in)) {
+        publish_rest(in);
+    } else {
+        memcpy(position, in->run.position, sizeof position);
+        interp_spline_step(&in->spline, position);
+        interp_iir_step(&in->iir, position);
+        publish_positions(in, position, seconds);
+    }
     publish_status(&in->run, in->reg);
     look_ahead(in);
 }
@@ -345,7 +371,7 @@ static int load(struct host *host, size_t number, const struct interp_path *path
             return r;
         }
     }
-    in->looked = false;
+    in->looked = in->still = false;
     if (append)
         interp_run_appended(&in->run);
     else

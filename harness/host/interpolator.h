@@ -22,6 +22,7 @@ struct interpolator {
     double position[INTERP_AXES]; /* after the filters, of the last step */
     double backlash[INTERP_AXES];
     bool backwards[INTERP_AXES];
+    bool still;      /* nothing moved in the last full step, and nothing was about to */
     double override; /* the last usable Rel_Speed */
 
     int32_t command; /* a stop that is being carried out, as it was written; 0: none */

@@ -117,7 +117,8 @@ void preempt_plan(struct host *host, enum entry entry)
         host->preempt.away_ns[entry - ENTRY_01] = 0;
         machine_interrupt_next(host->machine, MACHINE_NEVER, at_slot, host);
         realtime_alarm(host->real, host->machine, host_next_slot_ns(host));
-    } else if (host->config.preempt.mode != PREEMPT_NONE) {
+    } else if (host->config.preempt.mode == PREEMPT_SEEDED ||
+               host->config.preempt.mode == PREEMPT_AT) {
         plan_instruction(host, entry);
     }
 }

@@ -30,6 +30,9 @@ struct product_budget {
     uint32_t background_percent; /* Program_01..03: of their own period */
     uint32_t program_04_percent; /* of Cycle_Time */
     uint32_t program_05_us;
+    /* What a call costs is counted in instructions, the same on every machine; so many of them are
+     * taken for a microsecond of the product's processor (decision H10). */
+    uint32_t instructions_per_us;
 };
 
 enum entry { ENTRY_INI, ENTRY_01, ENTRY_02, ENTRY_03, ENTRY_04, ENTRY_05, ENTRY_COUNT };

@@ -127,6 +127,8 @@ bool rewind_back(struct host *host)
         bus_rewind(host->bus, copy->bus);
     for (int entry = 0; entry < ENTRY_COUNT; entry++)
         host->evidence->calls[entry].disabled = false;
+    if (host->play.scenario != NULL)
+        play_begin(&host->play, 0); /* how far it is stands in the evidence */
     host->evidence->loads++;
     return true;
 }

@@ -71,8 +71,8 @@ static void forget_frames(const struct machine *machine)
 #endif
 }
 
-static __attribute__((noinline)) void irregular(const struct machine *machine, uint64_t how,
-                                                struct machine_outcome *outcome)
+__attribute__((noinline)) void machine_irregular(const struct machine *machine, uint64_t how,
+                                                 struct machine_outcome *outcome)
 {
     machine_thread_block_restore();
     if (how == LEFT_BROKEN) {
@@ -105,13 +105,14 @@ void machine_native_call(struct machine *machine, uint64_t function, void *argum
     if (machine->config.interruptible)
         machine_level_end(machine);
     if (__builtin_expect(left.how != LEFT_CLEAN, 0))
-        irregular(machine, left.how, outcome);
+        machine_irregular(machine, left.how, outcome);
 }
 
 void machine_native_service_enter(struct machine *machine, const char *service,
                                   void *return_address)
 {
     if (machine_incident.service_depth == 0) {
+        machine->served++;
         if (machine->config.interruptible)
             machine_service_steps(machine, false);
         machine_incident.service = service;

@@ -54,6 +54,9 @@ int machine_levels_open(struct machine *machine, char why[MACHINE_WHY])
         if (machine->levels[i].extended == NULL)
             return machine_fail(why, -ENOMEM, "no memory for interrupted calls");
     }
+    machine->rehearsed = malloc(machine->stack_size);
+    if (machine->rehearsed == NULL)
+        return machine_fail(why, -ENOMEM, "no memory for interrupted calls");
     return 0;
 }
 
@@ -61,6 +64,8 @@ void machine_levels_close(struct machine *machine)
 {
     for (unsigned i = 0; i < MACHINE_LEVELS; i++)
         free(machine->levels[i].extended);
+    free(machine->rehearsed);
+    code_decoder_close(machine->decoder);
     if (machine->has_alarm && !machine->sealed)
         timer_delete(machine->alarm);
     machine->has_alarm = false;

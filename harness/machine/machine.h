@@ -29,6 +29,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "image/code_operands.h"
 #include "image/image.h"
 #include "machine/arguments.h"
 #include "machine/thunks.h"
@@ -261,6 +262,27 @@ void machine_interrupt_next(struct machine *machine, uint64_t after, machine_int
                             void *argument);
 /* Instructions that the latest call of this level executed, if it was stepped to its end. */
 uint64_t machine_instructions(const struct machine *machine);
+
+/*
+ * For hooks, which can so try out what an interrupt would lead to: goes on with the call that is
+ * interrupted to its end, without further interrupts, and comes back with its outcome. The call
+ * stands where it stood then, registers and stack as they were; memory elsewhere is the caller's to
+ * put back.
+ */
+void machine_rehearse(struct machine *machine, struct machine_outcome *outcome);
+/* Whether it can: not on an emulated CPU, and not where calls cannot be interrupted. */
+bool machine_rehearses(const struct machine *machine);
+
+/* For hooks: memory that the instruction which comes next reads or writes by its operands (not what
+ * it pushes or pops). Allocates when first called. How many there are. */
+unsigned machine_next_operands(struct machine *machine,
+                               struct code_operand operands[CODE_OPERANDS]);
+
+/* How many host services module code has entered so far. */
+uint64_t machine_services(const struct machine *machine);
+
+/* The module's own memory that it may write, in pieces; false past the last. */
+bool machine_own_data(const struct machine *machine, unsigned index, void **at, size_t *size);
 
 /* An alarm by the wall clock, for machine_seal()ed processes, too, when opened before. 0 or
  * negative errno. */

@@ -139,12 +139,16 @@ struct machine {
     struct machine_served services[MACHINE_SERVICES];
     unsigned service_count;
     const void *caller; /* where the latest service returns to */
+    uint64_t served; /* services entered so far */
+
+    struct code_decoder *decoder; /* of machine_next_operands(), NULL: not open yet */
 
     unsigned level; /* how many calls are interrupted */
     unsigned level_count;
     struct machine_level levels[MACHINE_LEVELS];
     size_t extended_room;
-    bool resuming; /* machine_resume is about to trap */
+    uint8_t *rehearsed; /* room for the stack of a call that is rehearsed */
+    bool resuming;      /* machine_resume is about to trap */
     timer_t alarm;
     bool has_alarm;
 
@@ -251,6 +255,7 @@ struct machine_left machine_enter(void *function, void *argument);
 void machine_abandon(void) __attribute__((noreturn));
 void machine_signal_entry(int sig, siginfo_t *info, void *context);
 void machine_resume(void) __attribute__((noreturn));
+struct machine_left machine_enter_again(void);
 extern const uint8_t machine_trampoline_begin[], machine_trampoline_end[], machine_returned[];
 
 /* Reads a word of the module's stack: not aligned perhaps, and in frames of host functions that the
@@ -278,6 +283,9 @@ static inline uint64_t machine_stack_top(const struct machine *machine, const ui
     return (uint64_t)stack + machine->stack_size - 64;
 }
 
+/* call.c: what became of a call that did not return in good order */
+void machine_irregular(const struct machine *machine, uint64_t how,
+                       struct machine_outcome *outcome);
 /* native.c: what callee-saved register i holds on entry */
 uint64_t machine_sentinel(const struct machine *machine, unsigned i);
 

@@ -18,6 +18,7 @@
         .hidden machine_abandon
         .hidden machine_signal_entry
         .hidden machine_resume
+        .hidden machine_enter_again
         .hidden machine_returned
         .hidden machine_trampoline_begin
         .hidden machine_trampoline_end
@@ -262,6 +263,25 @@ machine_resume:
         int3
         ud2
         .size   machine_resume, . - machine_resume
+
+/* struct machine_left machine_enter_again(void): into the call that is interrupted, instead of at the
+ * beginning of a function; comes back as machine_enter() does. */
+        .globl  machine_enter_again
+        .type   machine_enter_again, @function
+machine_enter_again:
+        push    %rbx
+        push    %rbp
+        push    %r12
+        push    %r13
+        push    %r14
+        push    %r15
+        lea     machine_state(%rip), %rcx
+        mov     %rsp, STATE_HOST_RSP(%rcx)
+        stmxcsr STATE_HOST_MXCSR(%rcx)
+        fnstcw  STATE_HOST_X87(%rcx)
+        incq    STATE_SERIAL(%rcx)
+        jmp     machine_resume
+        .size   machine_enter_again, . - machine_enter_again
 
 /* Signal handler. The module's fs base and alignment-check flag are still in force, and compiled C
  * survives neither (stack protector, errno; unaligned access). The kernel has seen to the rest. */

@@ -58,7 +58,12 @@ static void amount(FILE *out, double value, const char *unit)
         fprintf(out, "%.1f KiB", value / 1024);
         return;
     }
-    fprintf(out, "%.*f ", strcmp(unit, "bytes") == 0 ? 0 : value < 0.095 ? 3 : 1, value);
+    fprintf(out, "%.*f ",
+            strcmp(unit, "bytes") == 0 ? 0
+            : value < 0.095            ? 3
+            : value < 0.95             ? 2
+                                       : 1,
+            value);
     markup_text(out, unit);
 }
 
@@ -127,7 +132,7 @@ static void coverage_row(const struct coverage_report *coverage, FILE *out)
     fputs("</td><td class=\"bar\">", out);
     html_bar(shares, 1, out);
     fprintf(out,
-            "</td><td class=\"r\">%.0f %%</td><td class=\"r weak\">%" PRIu64 " of %" PRIu64
+            "</td><td class=\"r\">%.0f %%</td><td class=\"r weak\">%" PRIu64 " of %" PRIu64 " bytes"
             "</td><td class=\"weak missed\">",
             share * 100, coverage->executed, coverage->total);
     if (coverage->missed[0] != '\0') {

@@ -70,7 +70,7 @@ static void bar(double share, FILE *out)
 static void amount(double value, const char *unit, char out[32])
 {
     if (strcmp(unit, "bytes") != 0)
-        snprintf(out, 32, "%.*f %s", value < 0.095 ? 3 : 1, value, unit);
+        snprintf(out, 32, "%.*f %s", value < 0.095 ? 3 : value < 0.95 ? 2 : 1, value, unit);
     else if (value < 10240)
         snprintf(out, 32, "%.0f bytes", value);
     else
