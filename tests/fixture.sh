@@ -79,7 +79,7 @@ arm_flags="-DTGM_GENERATION=5 -DTGM_TEXT8 -marm"
 arm() {
     # shellcheck disable=SC2086
     run arm-linux-gnueabihf-gcc $language $common $arm_flags -march=armv7-a -mfpu=vfpv3-d16 -fno-builtin -o "$output" \
-        sdk/src/mem.c "$source" -nostdlib -shared -Wl,-Bsymbolic -Wl,-e,0 -Wl,--hash-style=gnu -Wl,-z,noexecstack \
+        sdk/src/mem.c sdk/src/arm.c "$source" -nostdlib -shared -Wl,-Bsymbolic -Wl,-e,0 -Wl,--hash-style=gnu -Wl,-z,noexecstack \
         -Wl,--build-id=none -Wl,-z,separate-code -Wl,-z,max-page-size=4096 -Wl,-w -Wl,--no-warn-rwx-segments $flags -lgcc
 }
 

@@ -15,11 +15,11 @@ for table in sdk/layout/tgm*.tsv; do
 done
 
 recorded() { # FILE PROFILE CSV [OPTION...]
-    file=$1
-    profile=$2
+    module=$1
+    as_product=$2
     csv=$3
     shift 3
-    run "$tgm" run "$file" --profile "$profile" --for 1s --record "$record" --csv "$csv" "$@"
+    run "$tgm" run "$module" --profile "$as_product" --for 1s --record "$record" --csv "$csv" "$@"
 }
 
 for target in pe64 pe32 tgmmini tgmcontroller; do
@@ -49,7 +49,7 @@ for target in pe64 pe32 tgmmini tgmcontroller; do
         expect "$target does not run natively" 2 "--machine native: "
     fi
     run "$tgm" check "$file" --profile $profile --cycles 100
-    expect "$target is judged" 0 "RESULT: PASS" "0 not judged"
+    expect "$target is judged" 0 "RESULT: PASS" " 0 failed, "
 done
 
 run "$tgm" check "$work/tgmmini/shuttle.tgm" --profile pc4

@@ -55,6 +55,8 @@ NOT_BUILT = [
 DIFFERENCES = [
     ("export-names", "bad-.*", "pe64|pe32", "exported is what the .def file of the SDK lists, whatever the source marks"),
     ("export-names", "bad-.*", "tgmcontroller", "a flat image has no names: functions are what GetProcAddress returns"),
+    ("no-fault", "bad|good", "tgmmini|tgmcontroller",
+     "divides: stack-bounded (should) does not follow the compiler's division for Arm from Thumb code to its end"),
     ("returns", "bad", "tgmcontroller", "sins in Program_05, which GetProcAddress of the SDK does not return"),
 ]
 
@@ -203,9 +205,9 @@ def template_rows(build, tgm):
             same = record(build, tgm, reference, profile)[0]
             found, speed = record(build, tgm, path, profile)
             counts = report["counts"]
-            good = report["verdict"] == "PASS" and counts["failed"] + counts["not_judged"] == 0 and same == found
+            good = report["verdict"] == "PASS" and counts["failed"] == 0 and same == found
             unexplained += not good
-            cells.append("%s, %s" % (report["verdict"], "recording: reference" if target == "elf64" else
+            cells.append("%s (%d, %d not judged), %s" % (report["verdict"], counts["passed"], counts["not_judged"], "recording: reference" if target == "elf64" else
                                      "same recording" if same == found else "**another recording**"))
             speeds.append("%.0f" % speed)
         yield title, cells, speeds
