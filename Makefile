@@ -267,8 +267,13 @@ test: | $(BUILD)/.deps-test ## every test; under 10 minutes on two cores
 .PHONY: bench
 bench: $(BUILD)/tgm $(BUILD)/test/bench $(BUILD)/test/bench_bus $(BUILD)/test/bench_machine template-linked ## figures of one run, on this machine
 	$(Q)$(BUILD)/test/bench $(BUILD)/template/shuttle.tgm
+	$(Q)TGM=$(BUILD)/tgm BUILD=$(BUILD) sh tests/bench_targets.sh
 	$(Q)$(BUILD)/test/bench_bus
 	$(Q)$(BUILD)/test/bench_machine
+
+.PHONY: targets-report
+targets-report: $(BUILD)/tgm | $(BUILD)/.deps-test ## templates and fixtures on every target: the tables of docs/targets.md
+	$(Q)tools/targets.py --build $(BUILD)
 
 FUZZ_SECONDS ?= 300
 FUZZERS := fuzz_image fuzz_text \

@@ -6,14 +6,14 @@
 #   target: ...    elf64 (default), pe64, pe32 (mingw), msvc64 (clang and lld-link), arm (for TGMmini), flat (for
 #                  TGMcontroller), bytes (what the assembler makes of .text, and nothing around it)
 # Sources whose name has "flat" in it give a file .tgm.bin: what has no header is told by its name.
-# V=1 shows the command. Needs FIXTURE_CFLAGS.
+# V=1 shows the command. Needs FIXTURE_CFLAGS. FIXTURE_TARGET is built for instead, with FIXTURE_FLAGS as well.
 set -eu
 
 source=$1
 output=$2
 field() { sed -n "2,4s/.*$1: \(.*\) \*\/\$/\1/p" "$source" | head -n 1; }
-flags=$(field flags)
-target=$(field target)
+flags=$(field flags)${FIXTURE_FLAGS:+ $FIXTURE_FLAGS}
+target=${FIXTURE_TARGET:-$(field target)}
 
 run() {
     [ -z "${V:-}" ] || echo "$*"
@@ -79,14 +79,14 @@ arm_flags="-DTGM_GENERATION=5 -DTGM_TEXT8 -marm"
 arm() {
     # shellcheck disable=SC2086
     run arm-linux-gnueabihf-gcc $language $common $arm_flags -march=armv7-a -mfpu=vfpv3-d16 -fno-builtin -o "$output" \
-        sdk/src/mem.c "$source" -nostdlib -shared -Wl,-Bsymbolic -Wl,-e,0 -Wl,--hash-style=gnu -Wl,-z,noexecstack \
+        sdk/src/mem.c sdk/src/arm.c "$source" -nostdlib -shared -Wl,-Bsymbolic -Wl,-e,0 -Wl,--hash-style=gnu -Wl,-z,noexecstack \
         -Wl,--build-id=none -Wl,-z,separate-code -Wl,-z,max-page-size=4096 -Wl,-w -Wl,--no-warn-rwx-segments $flags -lgcc
 }
 
 flat() {
     # shellcheck disable=SC2086
     run arm-none-eabi-gcc $language $common $arm_flags -fno-pic -DTGM_FLAT -mcpu=cortex-a9 -mfpu=vfpv3 -mfloat-abi=hard \
-        -fno-common -fno-builtin -o "$output.elf" sdk/src/mem.c sdk/src/flat.c "$source" -nostdlib -static \
+        -fno-common -fno-builtin -o "$output.elf" sdk/src/mem.c sdk/src/flat.c sdk/src/arm.c "$source" -nostdlib -static \
         -Wl,-T,sdk/link/flat.ld -Wl,--build-id=none -Wl,-z,max-page-size=4096 $flags -lgcc
     run arm-none-eabi-objcopy -O binary "$output.elf" "$output"
 }

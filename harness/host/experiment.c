@@ -359,6 +359,16 @@ static void note_damage(const struct relay *r, struct evidence *evidence)
                  "the worker's recording is damaged: it wrote what it should not");
 }
 
+/* Only what does not come to an end by itself takes so long, on a busy computer as well: an
+ * emulated CPU is some thirty times slower. */
+static uint64_t wall_limit(const struct experiment *experiment, bool instrumented)
+{
+    const uint64_t cycle_us =
+        experiment->host.cycle_us > 1000 ? experiment->host.cycle_us : UINT64_C(1000);
+    const uint64_t limit = UINT64_C(10000000000) + experiment->cycles * cycle_us * 2000;
+    return instrumented ? 12 * limit : limit;
+}
+
 int experiment_run(const struct experiment *experiment, const struct image *image,
                    const struct recording *recording, experiment_progress *progress, void *argument,
                    struct experiment_result *result)
@@ -382,10 +392,7 @@ int experiment_run(const struct experiment *experiment, const struct image *imag
     const struct worker_limits limits = {
         .wall_ns = experiment->wall_ns != 0
                        ? experiment->wall_ns
-                       : UINT64_C(10000000000) +
-                             experiment->cycles * (experiment->host.cycle_us > 1000
-                                                       ? experiment->host.cycle_us * UINT64_C(2000)
-                                                       : UINT64_C(2000000)),
+                       : wall_limit(experiment, is_instrumented(experiment, image)),
         .memory_bytes = is_instrumented(experiment, image) ? MACHINE_INSTRUMENTED_MEMORY : 0,
     };
     r = worker_run(body, job, shared, &limits, progress != NULL || bulk ? relay : NULL, forward,

@@ -1,0 +1,317 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Templates and fixtures on every target, as the tables of docs/targets.md.
+
+  tools/targets.py [--build DIR] [--jobs N] [RULE...]
+
+Every template is built, judged and recorded for every target; every fixture that names no target of its own
+is built for each and has to be judged there as on elf64: a bad one trips its rule and no other, a good one
+none. What cannot be built, what cannot be judged and what is judged otherwise is told with its reason; a
+difference without one (DIFFERENCES) makes the exit status 1. With RULE only those fixtures, and nothing is
+written.
+"""
+import argparse
+import concurrent.futures
+import hashlib
+import json
+import os
+import re
+import subprocess
+import sys
+import time
+
+ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+PAGE = os.path.join(ROOT, "docs", "targets.md")
+BEGIN, END = "<!-- make targets-report: begin -->", "<!-- make targets-report: end -->"
+FIXTURES = os.path.join(ROOT, "conformance", "fixtures")
+
+# Name, what fixture.sh calls it, profile, ending.
+TARGETS = [("elf64", "elf64", "pc4", ".tgm"), ("pe64", "pe64", "pc4", ".tgm"), ("pe32", "pe32", "pc4", ".tgm"),
+           ("tgmmini", "arm", "tgmmini", ".tgm"), ("tgmcontroller", "flat", "tgmcontroller", ".tgm.bin")]
+TEMPLATES = [("c", "C"), ("cpp", "C++"), ("pascal", "Pascal")]
+PASCAL_TARGETS = ("elf64", "pe64")
+RECORD = "SERVO[0].Position,SERVO[0].WritePosition,SERVO[0].ControlWord,SERVO[0].Mode,SERVO[0].ActualSpeed"
+CYCLES, SECONDS = "60", 4
+
+FIXTURE_CFLAGS = ("-O2 -g -ffreestanding -fPIC -fvisibility=hidden -fshort-wchar -fno-stack-protector "
+                  "-fno-asynchronous-unwind-tables -Wall -Wextra -Werror -Isdk/include -Iconformance/fixtures")
+
+# Why a compiler or linker does not make a fixture: what it says, what that means.
+NOT_BUILT = [
+    (r"has no member named .*(pRtWprintf|pswprintf|PReciveDataCan|PGCode|Pointer_)", "uses what only generation 4 has"),
+    (r"incompatible pointer type|wchar_t", "passes wide text; the text of this target is bytes"),
+    (r"cannot be clobbered|impossible constraint|bad instruction|unknown register|no such instruction|invalid 'asm'|inconsistent operand|"
+     r"unknown mnemonic|junk at end|bad register|unrecognized (command-line|opcode)|operand size mismatch|"
+     r"only supported in 64-bit|incorrect register|invalid instruction suffix|expected comma|Error: ",
+     "is in machine code of x86-64"),
+    (r"unrecognized option|unknown option|unrecognised|bad -|-z .* ignored|not supported|linker script|"
+     r"unrecognized --|visibility attribute|weak declaration|ifunc|alias|TLS|section", "asks for what only ELF has"),
+    (r"undefined reference|undefined symbol|cannot export", "leaves undefined what this linker refuses"),
+    (r"has no member named|undeclared|conflicting types", "uses names that only generation 4 has"),
+    (r"overflow|-Werror|shift count|cast", "relies on 64-bit pointers or long"),
+    (r"must be first|constructor|thread-local|will not fit|overlap|region", "is refused by the SDK's linker script"),
+]
+# (rule, fixture, target): why it is judged otherwise there. None matches all.
+DIFFERENCES = [
+    ("export-names", "bad-.*", "pe64|pe32", "exported is what the .def file of the SDK lists, whatever the source marks"),
+    ("export-names", "bad-.*", "tgmcontroller", "a flat image has no names: functions are what GetProcAddress returns"),
+    ("no-fault", "bad|good", "tgmmini|tgmcontroller",
+     "divides: stack-bounded (should) does not follow the compiler's division for Arm from Thumb code to its end"),
+    ("returns", "bad", "tgmcontroller", "sins in Program_05, which GetProcAddress of the SDK does not return"),
+]
+
+
+def run(command, **more):
+    return subprocess.run(command, cwd=ROOT, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                          text=True, errors="replace", **more)
+
+
+def first_error(text):
+    for line in text.splitlines():
+        if re.search(r"error|Error|undefined|unrecogni", line):
+            return re.sub(r"^\S*/", "", line.strip())
+    return (text.strip().splitlines() or ["no message"])[-1]
+
+
+def why_not_built(text):
+    for pattern, reason in NOT_BUILT:
+        if re.search(pattern, text):
+            return reason
+    return None
+
+
+def judge(tgm, path, profile, scenario, cycles=CYCLES):
+    command = [tgm, "check", path, "--profile", profile, "--json", "-", "--jobs", "1", "--cycles", cycles]
+    if scenario:
+        command += ["--scenario", scenario]
+    result = run(command, timeout=600)
+    text = result.stdout
+    try:
+        report, _ = json.JSONDecoder().raw_decode(text[text.index("{"):])
+    except ValueError:
+        return None, (result.stderr or text).strip()[-200:]
+    return report, ""
+
+
+class Cell:
+    """One fixture on one target."""
+
+    def __init__(self, rule, name, target):
+        self.rule, self.name, self.target = rule, name, target
+        self.kind, self.reason = "", ""  # same, not built, not judged, explained, UNEXPLAINED
+
+    def settle(self, kind, reason=""):
+        self.kind, self.reason = kind, reason
+        return self
+
+
+def compare(cell, report):
+    failed = {r["id"] for r in report["rules"] if r["outcome"] == "fail"}
+    open_ = {r["id"]: r.get("reason", "") for r in report["rules"] if r["outcome"] == "not judged"}
+    wanted = {cell.rule} if cell.name.startswith("bad") else set()
+    if failed == wanted:
+        return cell.settle("same")
+    for rule, name, target, reason in DIFFERENCES:
+        if re.fullmatch(rule, cell.rule) and re.fullmatch(name, cell.name) and re.fullmatch(target, cell.target):
+            return cell.settle("explained", reason)
+    if cell.rule in open_ and not failed - wanted:
+        return cell.settle("not judged", open_[cell.rule])
+    return cell.settle("UNEXPLAINED", "fails %s" % (", ".join(sorted(failed)) or "nothing"))
+
+
+def try_fixture(arguments):
+    build, tgm, source, target = arguments
+    name, kind, profile, ending = target
+    rule = os.path.basename(os.path.dirname(source))
+    stem = os.path.splitext(os.path.basename(source))[0]
+    cell = Cell(rule, stem, name)
+    out = os.path.join(build, "targets_report", name, rule, stem + ending)
+    os.makedirs(os.path.dirname(out), exist_ok=True)
+    if os.path.exists(out):
+        os.remove(out)
+    environment = dict(os.environ, FIXTURE_CFLAGS=FIXTURE_CFLAGS, FIXTURE_TARGET=kind, MAKEFLAGS="")
+    if kind in ("arm", "flat"):
+        environment["FIXTURE_FLAGS"] = "-include conformance/fixtures/generation5.h"
+    built = run(["sh", "tests/fixture.sh", source, out], env=environment)
+    if built.returncode != 0 or not os.path.exists(out):
+        text = built.stderr + built.stdout
+        reason = why_not_built(text)
+        if reason is None:
+            return cell.settle("UNEXPLAINED", "is not built: " + first_error(text))
+        return cell.settle("not built", reason)
+    scenario = os.path.join(os.path.dirname(source), "machine.scenario")
+    report, trouble = judge(tgm, out, profile, scenario if os.path.exists(scenario) else None)
+    return compare(cell, report) if report else cell.settle("UNEXPLAINED", trouble)
+
+
+def fixture_sources(rules):
+    for rule in sorted(os.listdir(FIXTURES)):
+        folder = os.path.join(FIXTURES, rule)
+        if not os.path.isdir(folder) or (rules and rule not in rules):
+            continue
+        for name in sorted(os.listdir(folder)):
+            path = os.path.join(folder, name)
+            if re.fullmatch(r"(bad|good).*\.(c|cpp|S)", name):
+                with open(path, encoding="utf-8") as stream:
+                    head = [next(stream, "") for _ in range(4)]
+                if not any("target: " in line for line in head):
+                    yield os.path.relpath(path, ROOT)
+
+
+# --- templates ---------------------------------------------------------------------------------------------
+
+
+def build_template(build, language, target, profile, rebuild):
+    out = os.path.join(build, "targets_report", "templates", "%s-%s%s" % (language, target, "-as-" + profile if rebuild else ""))
+    command = ["make", "-s", "--no-print-directory", "-C", "templates/" + language, "TARGET=" + target, "BUILD=" + out]
+    if rebuild:
+        command.append("TGM_PROFILE=" + profile)
+    result = run(command)
+    if result.returncode != 0:
+        sys.exit("tools/targets.py: %s for %s: %s" % (language, target, first_error(result.stderr)))
+    return os.path.join(out, "shuttle.tgm" + (".bin" if target == "tgmcontroller" else ""))
+
+
+def record(build, tgm, path, profile):
+    csv = os.path.join(build, "targets_report", "recording.csv")
+    best = None
+    for _ in range(2):
+        begin = time.monotonic()
+        result = run([tgm, "run", path, "--profile", profile, "--cycle", "500", "--for", "%ds" % SECONDS,
+                      "--record", RECORD, "--csv", csv])
+        took = time.monotonic() - begin
+        if result.returncode != 0:
+            sys.exit("tools/targets.py: %s: %s" % (path, result.stderr or result.stdout))
+        best = took if best is None or took < best else best
+    with open(csv, "rb") as stream:
+        return hashlib.sha256(stream.read()).hexdigest(), SECONDS / best
+
+
+def template_rows(build, tgm):
+    unexplained = 0
+    for language, title in TEMPLATES:
+        cells, speeds = [], []
+        for target, _, profile, _ in TARGETS:
+            if language == "pascal" and target not in PASCAL_TARGETS:
+                cells.append("–")
+                speeds.append("–")
+                continue
+            path = build_template(build, language, target, profile, False)
+            rebuild = target.startswith("tgm")
+            reference = build_template(build, language, "elf64", profile, rebuild)
+            report, trouble = judge(tgm, path, profile, None, "400")
+            if report is None:
+                sys.exit("tools/targets.py: %s: %s" % (path, trouble))
+            same = record(build, tgm, reference, profile)[0]
+            found, speed = record(build, tgm, path, profile)
+            counts = report["counts"]
+            good = report["verdict"] == "PASS" and counts["failed"] == 0 and same == found
+            unexplained += not good
+            cells.append("%s (%d, %d not judged), %s" % (report["verdict"], counts["passed"], counts["not_judged"], "recording: reference" if target == "elf64" else
+                                     "same recording" if same == found else "**another recording**"))
+            speeds.append("%.0f" % speed)
+        yield title, cells, speeds
+    if unexplained:
+        print("%d templates are not as they should be" % unexplained, file=sys.stderr)
+        template_rows.unexplained = unexplained
+
+
+template_rows.unexplained = 0
+
+
+# --- the page ----------------------------------------------------------------------------------------------
+
+
+def mark(cells):
+    """What became of the fixtures of one rule on one target."""
+    same = sum(c.kind == "same" for c in cells)
+    parts = ["%d" % same] if same else []
+    for kind, sign in (("not built", "–"), ("not judged", "?"), ("explained", "≠"), ("UNEXPLAINED", "!")):
+        count = sum(c.kind == kind for c in cells)
+        if count:
+            parts.append("%s%d" % (sign, count))
+    return " ".join(parts)
+
+
+def fixture_lines(cells):
+    names = [t[0] for t in TARGETS]
+    yield "| rule | " + " | ".join(names) + " |"
+    yield "|---" * (len(names) + 1) + "|"
+    for rule in sorted({c.rule for c in cells}):
+        yield "| `%s` | " % rule + " | ".join(mark([c for c in cells if c.rule == rule and c.target == n]) for n in names) + " |"
+    yield "| **all** | " + " | ".join(mark([c for c in cells if c.target == n]) for n in names) + " |"
+
+
+def reason_lines(cells):
+    for kind, title in (("not built", "Not built (–)"), ("not judged", "Not judged (?)"), ("explained", "Judged otherwise (≠)"),
+                        ("UNEXPLAINED", "Unexplained (!)")):
+        found = [c for c in cells if c.kind == kind]
+        if not found:
+            continue
+        yield ""
+        yield title + ":"
+        yield ""
+        for reason in sorted({c.reason for c in found}):
+            places = {}
+            for c in found:
+                if c.reason == reason:
+                    places.setdefault("%s/%s" % (c.rule, c.name), []).append(c.target)
+            yield "- %s: %s" % (reason, "; ".join("`%s` (%s)" % (k, ", ".join(v)) for k, v in sorted(places.items())))
+
+
+def page(templates, cells):
+    yield BEGIN
+    yield ""
+    yield "Made by `make targets-report`. Recordings are compared byte by byte with those of the same source for `elf64`"
+    yield "(on the controllers: of its rebuild under their profile), %d s at 500 us of every register a template's axis has." % SECONDS
+    yield ""
+    names = [t[0] for t in TARGETS]
+    yield "| template | " + " | ".join(names) + " |"
+    yield "|---" * (len(names) + 1) + "|"
+    for title, row, _ in templates:
+        yield "| %s | " % title + " | ".join(row) + " |"
+    yield ""
+    yield "Fixtures that are judged on a target as on `elf64`: a bad one trips its rule and no other, a good one none. Besides:"
+    yield "– cannot be built for it, ? its rule cannot be judged there, ≠ judged otherwise for a stated reason."
+    yield ""
+    yield from fixture_lines(cells)
+    yield from reason_lines(cells)
+    yield ""
+    yield END
+
+
+def write_page(lines):
+    with open(PAGE, encoding="utf-8") as stream:
+        text = stream.read()
+    block = "\n".join(lines)
+    if BEGIN in text:
+        text = text[:text.index(BEGIN)] + block + text[text.index(END) + len(END):]
+    else:
+        text = text.rstrip("\n") + "\n\n## The same on every target\n\n" + block + "\n"
+    with open(PAGE, "w", encoding="utf-8") as stream:
+        stream.write(text)
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--build", default="build")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
+    parser.add_argument("rules", nargs="*")
+    options = parser.parse_args()
+    build = os.path.join(ROOT, options.build)
+    tgm = os.path.join(build, "tgm")
+    work = [(build, tgm, source, target) for source in fixture_sources(options.rules) for target in TARGETS]
+    with concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
+        cells = list(pool.map(try_fixture, work))
+    bad = [c for c in cells if c.kind == "UNEXPLAINED"]
+    if options.rules:
+        print("\n".join(list(fixture_lines(cells)) + list(reason_lines(cells))))
+    else:
+        write_page(page(list(template_rows(build, tgm)), cells))
+    for c in bad:
+        print("unexplained: %s/%s on %s: %s" % (c.rule, c.name, c.target, c.reason), file=sys.stderr)
+    return 1 if bad or template_rows.unexplained else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
