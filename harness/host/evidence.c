@@ -91,6 +91,8 @@ void evidence_clean(struct evidence *evidence)
     clean_entry(&evidence->entry);
     for (unsigned i = 0; i < ENTRY_COUNT; i++)
         clean_bool(&evidence->calls[i].disabled);
+    for (unsigned i = 0; i < EVIDENCE_AXES; i++)
+        clean_bool(&evidence->unable[i].fault);
     clean_bool(&evidence->all_op);
     clean_bool(&evidence->eeprom.saved);
     clean_bool(&evidence->instrumented);
@@ -121,6 +123,7 @@ void evidence_clean(struct evidence *evidence)
         clean_entry(&evidence->interrupts[i].entry);
     if (evidence->digest.state_count > DIGEST_STATES)
         evidence->digest.state_count = DIGEST_STATES;
+    coverage_clean(&evidence->coverage);
     sketch_clean(&evidence->sketch);
     clean_bool(&evidence->clock.used);
     end_text(evidence->clock.notice, sizeof evidence->clock.notice);

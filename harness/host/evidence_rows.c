@@ -193,6 +193,16 @@ static const struct evidence_row audit[] = {
     { NULL, 0, 0, 0, NULL },
 };
 
+static const struct evidence_row unable[] = {
+    { VALUE(evidence_unable, cycles) },
+    { VALUE(evidence_unable, driven) },
+    { VALUE(evidence_unable, cycle) },
+    { VALUE(evidence_unable, al_state) },
+    { VALUE(evidence_unable, fault) },
+    { VALUE(evidence_unable, distance) },
+    { NULL, 0, 0, 0, NULL },
+};
+
 static const struct evidence_row word[] = {
     { VALUE(evidence_word, memory) }, { VALUE(evidence_word, bit) },
     { VALUE(evidence_word, offset) }, { VALUE(evidence_word, first) },
@@ -217,6 +227,13 @@ static const struct evidence_row sketch[] = {
     { NULL, 0, 0, 0, NULL },
 };
 
+static const struct evidence_row coverage[] = {
+    { VALUE(coverage, begin) },
+    { VALUE(coverage, size) },
+    { VALUES(coverage, bits) },
+    { NULL, 0, 0, 0, NULL },
+};
+
 static const struct evidence_row evidence[] = {
     { VALUE(evidence, stage) },
     { VALUE(evidence, entry) },
@@ -228,6 +245,8 @@ static const struct evidence_row evidence[] = {
     { VALUES(evidence, axis_position) },
     { VALUE(evidence, all_op) },
     { PARTS(evidence, calls, calls) },
+    { VALUES(evidence, called_cycle) },
+    { PARTS(evidence, unable, unable) },
     { VALUE(evidence, incident_count) },
     { PARTS(evidence, incidents, incident) },
     { VALUE(evidence, message_count) },
@@ -259,6 +278,7 @@ static const struct evidence_row evidence[] = {
     { VALUE(evidence, slaves) },
     { PART(evidence, digest, digest) },
     { PART(evidence, audit, audit) },
+    { PART(evidence, coverage, coverage) },
     { PART(evidence, sketch, sketch) },
     { VALUES(evidence, trouble) },
     { NULL, 0, 0, 0, NULL },
