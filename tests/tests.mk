@@ -155,7 +155,7 @@ $(MACHINE_MODULE_DIR)/windows_fixed.dll: tests/machine_modules/windows.S | $(BUI
 	@mkdir -p $(@D)
 	@echo "  MODULE $@"
 	$(Q)clang --target=x86_64-pc-windows-msvc -c -o $@.obj $<
-	$(Q)lld-link /DLL /NOENTRY /NODEFAULTLIB /Brepro /FIXED /BASE:0x1a0000000 /EXPORT:read_plain /OUT:$@ $@.obj
+	$(Q)lld-link /DLL /NOENTRY /NODEFAULTLIB /Brepro /FIXED /BASE:0x60000000 /EXPORT:read_plain /OUT:$@ $@.obj
 
 $(MACHINE_MODULE_DIR)/%.dll: tests/machine_modules/%.c | $(BUILD)/.deps-test
 	@mkdir -p $(@D)
