@@ -129,6 +129,7 @@ LAYOUT_SRC := measure.c \
     races.c \
     races_judge.c \
     races_state.c \
+    unable.c \
     rewind.c \
     host.c host_rows.c memories.c services.c timers.c servo.c dio.c \
     motion.c \
@@ -192,6 +193,7 @@ CONFORMANCE_SRC := profile.c rules.c findings.c incidents.c rules_file.c rules_s
     rules_file_runtime.c \
     rules_machine.c \
     rules_preempted.c \
+    rules_disturbed.c \
     again.c \
     archive_open.c \
     archive_save.c \
@@ -219,6 +221,7 @@ ROOM_OBJ := $(addprefix $(BUILD)/obj/harness/image/,$(IMAGE_SRC:.c=.o)) \
     $(addprefix $(BUILD)/obj/harness/host/,$(HOST_SRC:.c=.o)) $(LAYOUTS:%=$(BUILD)/obj/harness/host_%.o) \
     $(addprefix $(BUILD)/obj/harness/report/,$(REPORT_SRC:.c=.o)) \
     $(addprefix $(BUILD)/obj/conformance/,$(CONFORMANCE_SRC:.c=.o)) \
+    $(BUILD)/obj/conformance/faults.o \
     $(addprefix $(BUILD)/obj/soem/,$(SOEM_SRC:.c=.o))
 CLI_OBJ  := $(addprefix $(BUILD)/obj/harness/cli/,$(CLI_SRC:.c=.o))
 
@@ -370,6 +373,7 @@ $(BUILD)/obj/%.o: %.c | $(BUILD)/.deps
 	$(Q)$(CC) $(ALL_CFLAGS) -c -o $@ $<
 
 $(BUILD)/obj/harness/bus/terminals.o: $(TERMINALS)
+$(BUILD)/obj/conformance/faults.o: $(wildcard conformance/faults/*.faults)
 
 $(BUILD)/obj/harness/report/style.o: harness/report/report.css
 

@@ -168,6 +168,7 @@ static const struct evidence_row function[] = {
     { VALUE(audit_function, worst_instructions) },
     { VALUE(audit_function, worst_cycle) },
     { VALUE(audit_function, stack_bytes) },
+    { VALUE(audit_function, looked) },
     { VALUE(audit_function, abi_broken) },
     { VALUE(audit_function, abi_cycle) },
     { VALUE(audit_function, sleeps) },
@@ -190,6 +191,16 @@ static const struct evidence_row audit[] = {
     { PARTS(audit_record, accesses, access_rows) },
     { PARTS(audit_record, functions, function) },
     { PARTS(audit_record, motion, motion) },
+    { NULL, 0, 0, 0, NULL },
+};
+
+static const struct evidence_row unable[] = {
+    { VALUE(evidence_unable, cycles) },
+    { VALUE(evidence_unable, driven) },
+    { VALUE(evidence_unable, cycle) },
+    { VALUE(evidence_unable, al_state) },
+    { VALUE(evidence_unable, fault) },
+    { VALUE(evidence_unable, distance) },
     { NULL, 0, 0, 0, NULL },
 };
 
@@ -228,6 +239,8 @@ static const struct evidence_row evidence[] = {
     { VALUES(evidence, axis_position) },
     { VALUE(evidence, all_op) },
     { PARTS(evidence, calls, calls) },
+    { VALUES(evidence, called_cycle) },
+    { PARTS(evidence, unable, unable) },
     { VALUE(evidence, incident_count) },
     { PARTS(evidence, incidents, incident) },
     { VALUE(evidence, message_count) },
