@@ -175,6 +175,7 @@ CLI_SRC := main.c options.c output.c check.c run.c inspect.c inspect_text.c insp
     capture.c bus.c plot.c scope.c \
     record.c \
     reports.c \
+    selftest.c \
     machine.c \
     scenario.c \
     device.c \
@@ -199,6 +200,7 @@ CONFORMANCE_SRC := profile.c rules.c findings.c incidents.c rules_file.c rules_s
     archive_open.c \
     archive_save.c \
     waivers.c \
+    selftest.c \
     cases.c \
     certificate.c \
     chronicle.c \
@@ -298,12 +300,13 @@ deps: $(BUILD)/.deps ## install missing Debian packages, saying what and why
 fetch: third_party/soem/.from third_party/musl/.from ## fetch SOEM's and musl's sources, pinned by hash
 
 .PHONY: install
-install: $(BUILD)/tgm third_party/musl/.from ## install the program and the SDK under PREFIX (default /usr/local)
+install: $(BUILD)/tgm fixtures third_party/musl/.from ## install the program and the SDK under PREFIX (default /usr/local)
 	install -d $(DESTDIR)$(PREFIX)/bin $(DESTDIR)$(PREFIX)/share/tgm/third_party
 	install -m 755 $(BUILD)/tgm $(DESTDIR)$(PREFIX)/bin/tgm
 	cp -R sdk templates $(DESTDIR)$(PREFIX)/share/tgm/
 	cp -R third_party/musl $(DESTDIR)$(PREFIX)/share/tgm/third_party/
 	rm -rf $(DESTDIR)$(PREFIX)/share/tgm/templates/*/build
+	cp -R $(FIXTURE_DIR) $(DESTDIR)$(PREFIX)/share/tgm/
 	cp -R docs LICENSES $(DESTDIR)$(PREFIX)/share/tgm/
 	install -m 644 LICENSE $(DESTDIR)$(PREFIX)/share/tgm/
 

@@ -120,6 +120,11 @@ struct rule {
 const struct rule *rule_at(size_t index);
 const struct rule *rule_find(const char *id);
 const char *rule_group_name(enum rule_group group);
+/*
+ * Shell patterns with commas between them, one with '!' in front takes away: whether some pattern
+ * fits (or all only take away), and none of those that do. NULL: every rule is.
+ */
+bool rule_selected(const char *patterns, const char *id);
 
 /*
  * findings.c. The text is cut at FINDING_TEXT; control characters in it (names in a hostile file)
