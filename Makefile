@@ -222,6 +222,7 @@ ROOM_OBJ := $(addprefix $(BUILD)/obj/harness/image/,$(IMAGE_SRC:.c=.o)) \
     $(addprefix $(BUILD)/obj/harness/bus/,$(BUS_SRC:.c=.o)) $(BUILD)/obj/harness/bus/fiber_switch.o \
     $(BUILD)/obj/harness/bus/terminals.o \
     $(BUILD)/obj/harness/report/style.o \
+    $(BUILD)/obj/conformance/rulebook.o \
     $(addprefix $(BUILD)/obj/harness/host/,$(HOST_SRC:.c=.o)) $(LAYOUTS:%=$(BUILD)/obj/harness/host_%.o) \
     $(addprefix $(BUILD)/obj/harness/report/,$(REPORT_SRC:.c=.o)) \
     $(addprefix $(BUILD)/obj/conformance/,$(CONFORMANCE_SRC:.c=.o)) \
@@ -292,6 +293,14 @@ fuzz: $(addprefix $(BUILD)/fuzz/,$(FUZZERS)) ## fuzz the readers of module files
 .PHONY: layouts
 layouts: ## regenerate what follows from sdk/layout/
 	$(Q)tools/layout.py
+
+.PHONY: rules
+rules: ## regenerate docs/rules.md from the rule book and its fixtures
+	$(Q)tools/rules.py
+
+.PHONY: mutation
+mutation: $(BUILD)/tgm fixtures ## break one line of the rules' code at a time; tgm selftest must notice (docs/testing.md)
+	$(Q)tools/mutate.py $(MUTATE_FLAGS)
 
 .PHONY: deps
 deps: $(BUILD)/.deps ## install missing Debian packages, saying what and why
@@ -378,6 +387,7 @@ $(BUILD)/obj/%.o: %.c | $(BUILD)/.deps
 	$(Q)$(CC) $(ALL_CFLAGS) -c -o $@ $<
 
 $(BUILD)/obj/harness/bus/terminals.o: $(TERMINALS)
+$(BUILD)/obj/conformance/rulebook.o: docs/rules.md
 $(BUILD)/obj/conformance/faults.o: $(wildcard conformance/faults/*.faults)
 
 $(BUILD)/obj/harness/report/style.o: harness/report/report.css

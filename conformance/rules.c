@@ -50,3 +50,17 @@ bool rule_selected(const char *patterns, const char *id)
     }
     return fits || !any;
 }
+
+const char *rule_section(const struct rule *rule, size_t *length)
+{
+    char heading[80];
+    snprintf(heading, sizeof heading, "\n## %s\n", rule->id);
+    const char *begin = strstr(rulebook_text, heading);
+    *length = 0;
+    if (begin == NULL)
+        return "";
+    begin += strlen(heading);
+    const char *end = strstr(begin, "\n## ");
+    *length = end != NULL ? (size_t)(end - begin) : strlen(begin);
+    return begin;
+}
