@@ -80,8 +80,10 @@ static void waive(struct check *check, struct rule_report *rule)
 static void count(struct report *report, const struct rule_report *rule)
 {
     report->passed += rule->outcome == RULE_PASSED;
-    report->failed += rule->outcome == RULE_FAILED;
-    report->not_judged += rule->outcome == RULE_NOT_JUDGED;
+    const bool note = rule->severity == SEVERITY_NOTE;
+    report->failed += rule->outcome == RULE_FAILED && !note;
+    report->noted += rule->outcome == RULE_FAILED && note;
+    report->not_judged += rule->outcome == RULE_NOT_JUDGED && !note;
     report->waived += rule->waiver != NULL;
     if (report_fails(report, rule))
         report->verdict = VERDICT_FAIL;

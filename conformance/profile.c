@@ -39,7 +39,7 @@ static const char *const five_exports[] = { "Program_Ini", "Program_01", "Progra
 /* The manual gives the controllers' modules 8 MiB at a fixed address, and no figure elsewhere, nor
  * one for the stack: those are ours (docs/decisions.md, H18). */
 #define REGION_CONTROLLER IMAGE_FLAT_REGION
-#define REGION_OPEN       (64u << 20)
+#define REGION_OPEN       (16u << 20)
 #define STACK_ALL         (64u << 10)
 
 static const struct profile profiles[] = {

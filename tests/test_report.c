@@ -103,7 +103,7 @@ static void text_tells_what_decides_from_what_does_not(void **state)
     (void)state;
     assert_non_null(strstr(text, "\nFAIL  write-read-only"));
     assert_non_null(strstr(text, "\nwarn  budget-programs"));
-    assert_non_null(strstr(text, "\nwarn  debug-lines"));
+    assert_non_null(strstr(text, "\nnote  debug-lines"));
     assert_non_null(strstr(text, "\nwaived  set-point-steps"));
     assert_non_null(strstr(text, "0 passed, 1 failed, 1 warned, 1 waived, 1 not judged"));
     assert_null(strstr(text, " strict"));
@@ -111,7 +111,7 @@ static void text_tells_what_decides_from_what_does_not(void **state)
     report.strict = true;
     text = rig_print(&report, rig_text);
     assert_non_null(strstr(text, "\nFAIL  budget-programs"));
-    assert_non_null(strstr(text, "\nwarn  debug-lines"));
+    assert_non_null(strstr(text, "\nnote  debug-lines"));
     assert_non_null(strstr(text, " profile=pc4 strict seed=0x1d2f"));
     free(text);
 }
@@ -396,7 +396,8 @@ static void html_shows_budgets_coverage_runs_and_curves(void **state)
     char *text = rig_print(&report, report_html);
     (void)state;
     assert_non_null(strstr(text, "<b>FAIL</b>"));
-    assert_non_null(strstr(text, "2 of 9 rules passed. 2 failed. 2 failed without deciding"));
+    assert_non_null(strstr(
+        text, "2 of 9 rules passed. 2 failed. 1 failed without deciding the verdict. 1 note."));
     assert_int_equal(times(text, "class=\"limit\""), 4); /* five budgets, one not judged */
     assert_non_null(strstr(text, "113.0 %"));
     assert_non_null(strstr(text, "90 %"));

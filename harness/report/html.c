@@ -57,6 +57,7 @@ static void verdict(const struct report *r, FILE *out)
     counted(out, tally.failed, "failed", "failed");
     counted(out, tally.warned, "failed without deciding the verdict",
             "failed without deciding the verdict");
+    counted(out, tally.noted, "note", "notes");
     counted(out, tally.waived, "failed and is waived", "failed and are waived");
     counted(out, tally.not_judged, "could not be judged", "could not be judged");
     if (r->selection != NULL) {

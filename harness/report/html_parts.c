@@ -22,13 +22,14 @@ static void group_row(const struct report *r, const struct group_report *group, 
     const struct html_share shares[] = { { tally.passed / all, "fill-good" },
                                          { tally.failed / all, "fill-bad" },
                                          { tally.warned / all, "fill-warn" },
-                                         { tally.waived / all, "fill-weak" },
+                                         { (tally.waived + tally.noted) / all, "fill-weak" },
                                          { tally.not_judged / all, "fill-open" } };
     const struct {
         unsigned count;
         const char *word, *style;
     } words[] = { { tally.failed, "failed", "bad" },
                   { tally.warned, "warned", "warn" },
+                  { tally.noted, tally.noted == 1 ? "note" : "notes", "weak" },
                   { tally.waived, "waived", "weak" },
                   { tally.not_judged, "not judged", "open" } };
     fputs("<tr>", out);

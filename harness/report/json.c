@@ -145,6 +145,7 @@ static json_t *counts_json(const struct report *r)
     json_object_set_new(counts, "passed", json_integer(r->passed));
     json_object_set_new(counts, "failed", json_integer(r->failed));
     json_object_set_new(counts, "not_judged", json_integer(r->not_judged));
+    json_object_set_new(counts, "noted", json_integer(r->noted));
     json_object_set_new(counts, "waived", json_integer(tally.waived));
     return counts;
 }

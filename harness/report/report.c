@@ -57,8 +57,10 @@ void report_tally(const struct report *report, const char *group, struct report_
         tally->not_judged += rule->outcome == RULE_NOT_JUDGED;
         tally->waived += rule->outcome == RULE_FAILED && rule->waiver != NULL;
         tally->failed += report_fails(report, rule);
-        tally->warned +=
+        const bool quiet =
             rule->outcome == RULE_FAILED && rule->waiver == NULL && !report_decides(report, rule);
+        tally->warned += quiet && rule->severity != SEVERITY_NOTE;
+        tally->noted += quiet && rule->severity == SEVERITY_NOTE;
     }
 }
 

@@ -142,7 +142,8 @@ struct report {
     size_t rule_count;
     struct group_report *groups;
     size_t group_count;
-    unsigned passed, failed, not_judged;
+    /* Rules; one of severity note counts as passed or noted only. */
+    unsigned passed, failed, not_judged, noted;
     unsigned waived; /* of the failed */
     bool strict;     /* failed "should" rules fail the module, too */
     enum verdict verdict;
@@ -174,9 +175,10 @@ bool report_decides(const struct report *report, const struct rule_report *rule)
 /* It failed, decides, and nobody answers for it. */
 bool report_fails(const struct report *report, const struct rule_report *rule);
 
-/* Each rule counts in one of them; failed ones that do not decide are warned. */
+/* Each rule counts in one of them; failed ones that do not decide are warned or, of
+ * severity note, noted. */
 struct report_tally {
-    unsigned all, passed, failed, warned, waived, not_judged;
+    unsigned all, passed, failed, warned, noted, waived, not_judged;
 };
 
 /* Of a group by name; NULL: of all. */

@@ -38,6 +38,7 @@ static void group_line(const struct report *r, const struct group_report *group,
         const char *word;
     } words[] = { { tally.failed, "failed" },
                   { tally.warned, "warned" },
+                  { tally.noted, tally.noted == 1 ? "note" : "notes" },
                   { tally.waived, "waived" },
                   { tally.not_judged, "not judged" } };
     char text[128];
@@ -157,9 +158,10 @@ static void rule_failed(const struct report *r, const struct rule_report *rule, 
 {
     const char *again = "", *debug = "";
     rule_head(rule,
-              rule->waiver != NULL    ? "waived"
-              : report_fails(r, rule) ? "FAIL"
-                                      : "warn",
+              rule->waiver != NULL              ? "waived"
+              : report_fails(r, rule)           ? "FAIL"
+              : rule->severity == SEVERITY_NOTE ? "note"
+                                                : "warn",
               report_fails(r, rule) ? p->bad : p->strong, out, p);
     for (size_t i = 0; i < rule->finding_count; i++) {
         finding_text(&rule->findings[i], out, p);
@@ -218,12 +220,14 @@ void report_text(const struct report *r, FILE *out, bool colour)
             rule_failed(r, &r->rules[i], out, p);
     not_judged(r, out, p);
     waivers(r, out, p);
-    char cycles[40] = "";
+    char cycles[40] = "", notes[32] = "";
+    if (r->noted > 0)
+        snprintf(notes, sizeof notes, ", %u note%s", r->noted, r->noted == 1 ? "" : "s");
     if (r->cycles != 0)
         snprintf(cycles, sizeof cycles, " cycles=%" PRIu64, r->cycles);
-    fprintf(out, "\n%sRESULT: %s%s (%u passed, %u failed, %u not judged) profile=%s",
+    fprintf(out, "\n%sRESULT: %s%s (%u passed, %u failed, %u not judged%s) profile=%s",
             r->verdict == VERDICT_PASS ? p->good : p->bad, verdict_name(r->verdict), p->off,
-            r->passed, r->failed, r->not_judged, r->profile);
+            r->passed, r->failed, r->not_judged, notes, r->profile);
     if (r->selection != NULL) {
         fputs(" rules=", out);
         markup_plain(out, r->selection);
