@@ -30,6 +30,7 @@ UNIT_TESTS := test_osc test_text16 test_catalogue test_fixtures \
     test_chronicle \
     test_report \
     test_audit \
+    test_rules_same \
     test_budgets \
     test_profile \
     test_curves \
