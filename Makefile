@@ -175,6 +175,7 @@ CLI_SRC := main.c options.c output.c check.c run.c inspect.c inspect_text.c insp
     capture.c bus.c plot.c scope.c \
     record.c \
     reports.c \
+    selftest.c \
     machine.c \
     scenario.c \
     device.c \
@@ -199,6 +200,7 @@ CONFORMANCE_SRC := profile.c rules.c findings.c incidents.c rules_file.c rules_s
     archive_open.c \
     archive_save.c \
     waivers.c \
+    selftest.c \
     cases.c \
     certificate.c \
     chronicle.c \
@@ -220,6 +222,7 @@ ROOM_OBJ := $(addprefix $(BUILD)/obj/harness/image/,$(IMAGE_SRC:.c=.o)) \
     $(addprefix $(BUILD)/obj/harness/bus/,$(BUS_SRC:.c=.o)) $(BUILD)/obj/harness/bus/fiber_switch.o \
     $(BUILD)/obj/harness/bus/terminals.o \
     $(BUILD)/obj/harness/report/style.o \
+    $(BUILD)/obj/conformance/rulebook.o \
     $(addprefix $(BUILD)/obj/harness/host/,$(HOST_SRC:.c=.o)) $(LAYOUTS:%=$(BUILD)/obj/harness/host_%.o) \
     $(addprefix $(BUILD)/obj/harness/report/,$(REPORT_SRC:.c=.o)) \
     $(addprefix $(BUILD)/obj/conformance/,$(CONFORMANCE_SRC:.c=.o)) \
@@ -291,6 +294,14 @@ fuzz: $(addprefix $(BUILD)/fuzz/,$(FUZZERS)) ## fuzz the readers of module files
 layouts: ## regenerate what follows from sdk/layout/
 	$(Q)tools/layout.py
 
+.PHONY: rules
+rules: ## regenerate docs/rules.md from the rule book and its fixtures
+	$(Q)tools/rules.py
+
+.PHONY: mutation
+mutation: $(BUILD)/tgm fixtures ## break one line of the rules' code at a time; tgm selftest must notice (docs/testing.md)
+	$(Q)tools/mutate.py $(MUTATE_FLAGS)
+
 .PHONY: deps
 deps: $(BUILD)/.deps ## install missing Debian packages, saying what and why
 
@@ -298,12 +309,13 @@ deps: $(BUILD)/.deps ## install missing Debian packages, saying what and why
 fetch: third_party/soem/.from third_party/musl/.from ## fetch SOEM's and musl's sources, pinned by hash
 
 .PHONY: install
-install: $(BUILD)/tgm third_party/musl/.from ## install the program and the SDK under PREFIX (default /usr/local)
+install: $(BUILD)/tgm fixtures third_party/musl/.from ## install the program and the SDK under PREFIX (default /usr/local)
 	install -d $(DESTDIR)$(PREFIX)/bin $(DESTDIR)$(PREFIX)/share/tgm/third_party
 	install -m 755 $(BUILD)/tgm $(DESTDIR)$(PREFIX)/bin/tgm
 	cp -R sdk templates $(DESTDIR)$(PREFIX)/share/tgm/
 	cp -R third_party/musl $(DESTDIR)$(PREFIX)/share/tgm/third_party/
 	rm -rf $(DESTDIR)$(PREFIX)/share/tgm/templates/*/build
+	cp -R $(FIXTURE_DIR) $(DESTDIR)$(PREFIX)/share/tgm/
 	cp -R docs LICENSES $(DESTDIR)$(PREFIX)/share/tgm/
 	install -m 644 LICENSE $(DESTDIR)$(PREFIX)/share/tgm/
 
@@ -375,6 +387,7 @@ $(BUILD)/obj/%.o: %.c | $(BUILD)/.deps
 	$(Q)$(CC) $(ALL_CFLAGS) -c -o $@ $<
 
 $(BUILD)/obj/harness/bus/terminals.o: $(TERMINALS)
+$(BUILD)/obj/conformance/rulebook.o: docs/rules.md
 $(BUILD)/obj/conformance/faults.o: $(wildcard conformance/faults/*.faults)
 
 $(BUILD)/obj/harness/report/style.o: harness/report/report.css

@@ -2,7 +2,6 @@
 #include "conformance/archive.h"
 
 #include <errno.h>
-#include <fnmatch.h>
 #include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -14,25 +13,6 @@ double check_seconds(void)
     struct timespec t;
     clock_gettime(CLOCK_MONOTONIC, &t);
     return (double)t.tv_sec + (double)t.tv_nsec * 1e-9;
-}
-
-/* Some pattern fits, or all only take away; and none of those that do fits. */
-static bool is_selected(const char *patterns, const char *id)
-{
-    bool fits = false, any = false;
-    for (const char *at = patterns; at != NULL && *at != '\0';) {
-        char pattern[128];
-        const size_t length = strcspn(at, ",");
-        const bool without = *at == '!';
-        snprintf(pattern, sizeof pattern, "%.*s", (int)(length - without), at + without);
-        const bool match = fnmatch(pattern, id, 0) == 0;
-        if (without && match)
-            return false;
-        any = any || !without;
-        fits = fits || (!without && match);
-        at += length + (at[length] == ',');
-    }
-    return fits || !any;
 }
 
 static int choose_rules(struct check *check, const struct check_options *options,
@@ -52,7 +32,7 @@ static int choose_rules(struct check *check, const struct check_options *options
         return -ENOMEM;
     }
     for (size_t i = 0; i < all; i++)
-        if (is_selected(options->rules, rule_at(i)->id)) {
+        if (rule_selected(options->rules, rule_at(i)->id)) {
             without_scenario =
                 rule_at(i)->experiments == ON_SCENARIOS && options->scenario_count == 0;
             if (!without_scenario)

@@ -120,6 +120,15 @@ struct rule {
 const struct rule *rule_at(size_t index);
 const struct rule *rule_find(const char *id);
 const char *rule_group_name(enum rule_group group);
+/* docs/rules.md, and in it what is said of the rule, with code that breaks it and code that keeps
+ * it: from its heading up to the next one. "" when that is older than the rule. */
+extern const char rulebook_text[];
+const char *rule_section(const struct rule *rule, size_t *length);
+/*
+ * Shell patterns with commas between them, one with '!' in front takes away: whether some pattern
+ * fits (or all only take away), and none of those that do. NULL: every rule is.
+ */
+bool rule_selected(const char *patterns, const char *id);
 
 /*
  * findings.c. The text is cut at FINDING_TEXT; control characters in it (names in a hostile file)

@@ -39,6 +39,7 @@ none "rules have both fixtures" sh -c '
     sed -n "s/^RULE([a-z_]*, \"\([a-z-]*\)\".*/\1/p" conformance/rules.def | while read -r id; do
         ls conformance/fixtures/$id/bad.c conformance/fixtures/$id/good.c >/dev/null 2>&1 || echo "$id"
     done'
+none "docs/rules.md is what the rule book says" tools/rules.py --check
 none "no path of a machine in the tree" sh -c "git ls-files | xargs grep -nIE '(/home|/root|/work)/' | grep -v '^tests/lint.sh'"
 none "nothing foreign is committed" git ls-files third_party/soem third_party/download
 

@@ -51,6 +51,7 @@ step "build with clang" "$MAKE" -j"$jobs" BUILD=build/clang CC=clang all test-pr
 step "unit tests and every rule's fixtures, clang" units build/clang
 step "build with sanitizers" "$MAKE" -j"$jobs" BUILD=build/san CC=clang OPT='-O1 -g' CFLAGS="$san" all test-programs
 step "unit tests under address and undefined sanitizers" units build/san
+step "tgm selftest: every rule proves itself" sh -c 'build/tgm selftest >build/selftest && echo "1 passed, 0 failed" || { cat build/selftest; false; }'
 step "SDK: what it refuses and how it says so" sh tests/sdk.sh
 step "SDK: support library in real modules" sh tests/sdk_support.sh
 step "SDK: mathematics against a high-precision reference" build/test/math_accuracy 100000

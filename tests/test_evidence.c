@@ -179,12 +179,16 @@ static bool is_left_out(size_t at)
 {
     const size_t service = offsetof(struct experiment_result, evidence.incidents[0].fault.service);
     const size_t first = offsetof(struct experiment_result, evidence.incidents[0]);
+    const size_t race = offsetof(struct experiment_result, evidence.races[0].fault.service);
     const size_t stop = offsetof(struct experiment_result, evidence.stop);
     for (size_t i = 0; i < EVIDENCE_INCIDENTS; i++) {
         const size_t begin = service + i * sizeof(struct evidence_incident);
         if (at >= begin && at < begin + sizeof(void *) && at > first)
             return true;
     }
+    for (size_t i = 0; i < EVIDENCE_RACES; i++)
+        if (at - race - i * sizeof(struct evidence_race) < sizeof(void *))
+            return true;
     return at == stop;
 }
 

@@ -23,6 +23,13 @@ $(FIXTURE_DIR)/%$(2): conformance/fixtures/%.$(1) $(FIXTURE_MADE_WITH) | $(BUILD
 endef
 $(foreach suffix,c cpp S,$(foreach ending,.tgm .tgm.bin,$(eval $(call fixture_rule,$(suffix),$(ending)))))
 
+# A rule that needs one has a scenario beside its modules.
+FIXTURE_SCENARIOS := $(patsubst conformance/fixtures/%,$(FIXTURE_DIR)/%,$(wildcard conformance/fixtures/*/*.scenario))
+$(FIXTURE_DIR)/%.scenario: conformance/fixtures/%.scenario
+	@mkdir -p $(@D)
+	@cp $< $@
+FIXTURES += $(FIXTURE_SCENARIOS)
+
 # Each test program: its own source and what of the rooms it needs (all of them: they are small).
 UNIT_TESTS := test_osc test_text16 test_catalogue test_fixtures \
     test_scenario \

@@ -103,6 +103,7 @@ int command_config(const struct command *command, int argc, char **argv);
 int command_keygen(const struct command *command, int argc, char **argv);
 int command_certify(const struct command *command, int argc, char **argv);
 int command_verify(const struct command *command, int argc, char **argv);
+int command_selftest(const struct command *command, int argc, char **argv);
 int command_explain(const struct command *command, int argc, char **argv);
 
 #endif

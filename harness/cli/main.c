@@ -23,6 +23,7 @@ static const struct command commands[] = {
     { "registers", "[PATTERN]", "Lists registers by name, memory or offset.", command_registers },
     { "device", "[FILE...] [--convert SOURCE]",
       "Lists device types of the bus; checks device files and ESI.", command_device },
+    { "selftest", "", "Proves every rule on modules that break it.", command_selftest },
     { "rules", "", "Lists the rules.", command_rules },
     { "certify", "MODULE.tgm --key FILE [options]",
       "Judges a module by the frozen suite and signs that it passed.", command_certify },

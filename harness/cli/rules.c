@@ -18,6 +18,24 @@ int command_rules(const struct command *command, int argc, char **argv)
     return EXIT_OK;
 }
 
+/* Code that breaks the rule and code that keeps it: what follows its advice in docs/rules.md. */
+static void explain_code(const struct rule *rule)
+{
+    size_t length;
+    const char *section = rule_section(rule, &length), *at = strstr(section, rule->advice);
+    if (at == NULL || at >= section + length)
+        return;
+    at += strlen(rule->advice);
+    at += strspn(at, "\n");
+    for (const char *end; at < section + length; at = end + 1) {
+        end = memchr(at, '\n', (size_t)(section + length - at));
+        if (end == NULL)
+            end = section + length;
+        if (strncmp(at, "```", 3) != 0)
+            printf("%s%.*s\n", end > at ? "  " : "", (int)(end - at), at);
+    }
+}
+
 int command_explain(const struct command *command, int argc, char **argv)
 {
     const struct option table[] = { { 0 } };
@@ -37,7 +55,8 @@ int command_explain(const struct command *command, int argc, char **argv)
         return close != NULL ? complain(command, "no rule '%s' (did you mean %s?)", id, close)
                              : complain(command, "no rule '%s'; `tgm rules` lists them", id);
     }
-    printf("%s (%s, %s)\n  %s\n\n  %s\n\n  %s\n", rule->id, rule_group_name(rule->group),
+    printf("%s (%s, %s)\n  %s\n\n  %s\n\n  %s\n\n", rule->id, rule_group_name(rule->group),
            severity_name(rule->severity), rule->clause, rule->title, rule->advice);
+    explain_code(rule);
     return EXIT_OK;
 }

@@ -174,19 +174,19 @@ static bool stretch(const uint8_t *from, size_t left, uint8_t *values, size_t si
     return left == 0 && at == size;
 }
 
-int evidence_encode(const struct experiment_result *result, uint8_t **bytes, size_t *size)
+int rows_encode(const struct evidence_row *rows, const void *from, uint8_t **bytes, size_t *size)
 {
-    const size_t values_size = bytes_of(evidence_result_rows);
+    const size_t values_size = bytes_of(rows);
     uint8_t *values = malloc(values_size), *out = malloc(HEAD_BYTES + 2 * values_size + 16);
     if (values == NULL || out == NULL) {
         free(values);
         free(out);
         return -ENOMEM;
     }
-    values_out(evidence_result_rows, (const char *)result, values);
+    values_out(rows, from, values);
     memcpy(out, magic, sizeof magic);
     put(out + 8, FORM, 4);
-    put(out + 12, hash_rows(UINT64_C(0xcbf29ce484222325), evidence_result_rows), 8);
+    put(out + 12, hash_rows(UINT64_C(0xcbf29ce484222325), rows), 8);
     put(out + 20, values_size, 8);
     *size = HEAD_BYTES + squeeze(values, values_size, out + HEAD_BYTES);
     *bytes = out;
@@ -210,14 +210,14 @@ static int refuse(char why[EVIDENCE_WHY], const char *reason)
     return -EINVAL;
 }
 
-int evidence_decode(struct experiment_result *result, const uint8_t *bytes, size_t size,
-                    char why[EVIDENCE_WHY])
+int rows_decode(const struct evidence_row *rows, void *to, const uint8_t *bytes, size_t size,
+                char why[EVIDENCE_WHY])
 {
-    const size_t values_size = bytes_of(evidence_result_rows);
+    const size_t values_size = bytes_of(rows);
     if (size < HEAD_BYTES || memcmp(bytes, magic, sizeof magic) != 0)
         return refuse(why, "this is no evidence of tgm");
     if (get(bytes + 8, 4) != FORM ||
-        get(bytes + 12, 8) != hash_rows(UINT64_C(0xcbf29ce484222325), evidence_result_rows) ||
+        get(bytes + 12, 8) != hash_rows(UINT64_C(0xcbf29ce484222325), rows) ||
         get(bytes + 20, 8) != values_size)
         return refuse(why,
                       "another version of tgm wrote it, in a form that this one does not read");
@@ -225,12 +225,24 @@ int evidence_decode(struct experiment_result *result, const uint8_t *bytes, size
     if (values == NULL)
         return refuse(why, "no memory");
     const bool whole = stretch(bytes + HEAD_BYTES, size - HEAD_BYTES, values, values_size);
-    memset(result, 0, sizeof *result);
     if (whole)
-        values_in(evidence_result_rows, (char *)result, values);
+        values_in(rows, to, values);
     free(values);
-    if (!whole)
-        return refuse(why, "it is cut short or damaged");
+    return whole ? 0 : refuse(why, "it is cut short or damaged");
+}
+
+int evidence_encode(const struct experiment_result *result, uint8_t **bytes, size_t *size)
+{
+    return rows_encode(evidence_result_rows, result, bytes, size);
+}
+
+int evidence_decode(struct experiment_result *result, const uint8_t *bytes, size_t size,
+                    char why[EVIDENCE_WHY])
+{
+    memset(result, 0, sizeof *result);
+    const int r = rows_decode(evidence_result_rows, result, bytes, size, why);
+    if (r != 0)
+        return r;
     evidence_clean(&result->evidence);
     clean_worker(&result->worker);
     return 0;

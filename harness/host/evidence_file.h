@@ -28,6 +28,12 @@ struct evidence_row {
 /* Of struct experiment_result. */
 extern const struct evidence_row evidence_result_rows[];
 
+/* Any structure, by its rows. 0 with *bytes (to be freed) and *size, or -ENOMEM. */
+int rows_encode(const struct evidence_row *rows, const void *from, uint8_t **bytes, size_t *size);
+/* 0, or -EINVAL with the reason. What is in no row of `to` is left as it is. */
+int rows_decode(const struct evidence_row *rows, void *to, const uint8_t *bytes, size_t size,
+                char why[EVIDENCE_WHY]);
+
 /* 0 with *bytes (to be freed) and *size, or -ENOMEM. */
 int evidence_encode(const struct experiment_result *result, uint8_t **bytes, size_t *size);
 /* 0, or -EINVAL with the reason: other bytes, another form, too short, too long. */

@@ -168,6 +168,7 @@ static const struct evidence_row function[] = {
     { VALUE(audit_function, worst_instructions) },
     { VALUE(audit_function, worst_cycle) },
     { VALUE(audit_function, stack_bytes) },
+    { VALUE(audit_function, looked) },
     { VALUE(audit_function, abi_broken) },
     { VALUE(audit_function, abi_cycle) },
     { VALUE(audit_function, sleeps) },

@@ -1,0 +1,234 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+#include "conformance/selftest.h"
+
+#include <dirent.h>
+#include <errno.h>
+#include <pthread.h>
+#include <stdatomic.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "conformance/check.h"
+
+#define JOBS_MOST 64
+
+/* Enough for what every fixture does, short enough for all of them. */
+enum { CYCLES = 60, SEED = 1 };
+
+struct pool {
+    const struct selftest_options *options;
+    struct selftest *test;
+    atomic_size_t next;
+};
+
+static bool ends_with(const char *text, const char *end)
+{
+    const size_t length = strlen(text), size = strlen(end);
+    return length >= size && strcmp(text + length - size, end) == 0;
+}
+
+static int by_name(const void *a, const void *b)
+{
+    const struct selftest_fixture *one = a, *other = b;
+    return strcmp(one->name, other->name);
+}
+
+static int add(struct selftest *test, const struct rule *rule, const char *folder, const char *name)
+{
+    struct selftest_fixture *more = realloc(test->fixtures, (test->count + 1) * sizeof *more);
+    if (more == NULL)
+        return -ENOMEM;
+    test->fixtures = more;
+    struct selftest_fixture *fixture = &test->fixtures[test->count++];
+    memset(fixture, 0, sizeof *fixture);
+    fixture->rule = rule;
+    fixture->bad = strncmp(name, "bad", 3) == 0;
+    snprintf(fixture->name, sizeof fixture->name, "%s", name);
+    snprintf(fixture->path, sizeof fixture->path, "%s/%s", folder, name);
+    return 0;
+}
+
+static int find_fixtures(struct selftest *test, const struct rule *rule, const char *folder)
+{
+    char path[768];
+    const size_t first = test->count;
+    int r = 0;
+    snprintf(path, sizeof path, "%s/%s", folder, rule->id);
+    DIR *dir = opendir(path);
+    if (dir == NULL)
+        return 0; /* it is not proven, then */
+    for (struct dirent *entry; r == 0 && (entry = readdir(dir)) != NULL;)
+        if (ends_with(entry->d_name, ".tgm") || ends_with(entry->d_name, ".tgm.bin"))
+            r = add(test, rule, path, entry->d_name);
+    closedir(dir);
+    if (test->count > first)
+        qsort(test->fixtures + first, test->count - first, sizeof *test->fixtures, by_name);
+    return r;
+}
+
+/* The rule's machine.scenario, if it has one. False when it cannot be read. */
+static bool read_scenario(const struct pool *pool, struct selftest_fixture *fixture,
+                          char path[1024], struct scenario **scenario)
+{
+    char text[4096];
+    *scenario = NULL;
+    snprintf(path, 1024, "%s/%s/machine.scenario", pool->options->folder, fixture->rule->id);
+    FILE *file = fopen(path, "r");
+    if (file == NULL)
+        return true;
+    const size_t size = fread(text, 1, sizeof text, file);
+    fclose(file);
+    return scenario_read(scenario, text, size, path, catalogue_find(4, 0), fixture->why) == 0;
+}
+
+/* The profile that loads such a file; of what no profile loads, pc4 says so. */
+static const struct profile *profile_for(const char *path)
+{
+    char why[IMAGE_WHY];
+    struct image *image;
+    if (image_open(&image, path, why) != 0)
+        return profile_find("pc4");
+    const struct profile *profile = profile_of_image(image);
+    image_close(image);
+    return profile != NULL ? profile : profile_find("pc4");
+}
+
+static void say(struct selftest_fixture *fixture, const char *what, const char *id,
+                const char *more)
+{
+    const size_t at = strlen(fixture->why);
+    snprintf(fixture->why + at, sizeof fixture->why - at, "%s%s%s%.160s", at > 0 ? "; " : "", what,
+             id, more);
+}
+
+static void judge(struct selftest_fixture *fixture, const struct report *report)
+{
+    for (size_t i = 0; i < report->rule_count; i++) {
+        const struct rule_report *rule = &report->rules[i];
+        const bool own = strcmp(rule->id, fixture->rule->id) == 0;
+        const char *first = rule->finding_count > 0 ? rule->findings[0].what : "";
+        if (fixture->bad && own && rule->outcome != RULE_FAILED)
+            say(fixture, "did not trip ", rule->id, "");
+        if (rule->outcome == RULE_FAILED && !(fixture->bad && own)) {
+            say(fixture, "tripped ", rule->id, ": ");
+            say(fixture, "", "", first);
+        }
+        if (!fixture->bad && rule->outcome == RULE_NOT_JUDGED)
+            say(fixture, "not judged by ", rule->id, "");
+    }
+    const bool must = fixture->rule->severity == SEVERITY_MUST;
+    if (fixture->bad && (report->verdict == VERDICT_FAIL) != must)
+        say(fixture, "verdict ", verdict_name(report->verdict), "");
+    if (!fixture->bad && report->verdict != VERDICT_PASS)
+        say(fixture, "verdict ", verdict_name(report->verdict), "");
+    fixture->right = fixture->why[0] == '\0';
+}
+
+static void try(const struct pool *pool, struct selftest_fixture *fixture)
+{
+    struct scenario *scenario;
+    struct check *check;
+    char file[1024], why[CHECK_WHY];
+    if (!read_scenario(pool, fixture, file, &scenario))
+        return;
+    const struct check_scenario played = { .scenario = scenario, .path = file };
+    const struct check_options options = { .path = fixture->path,
+                                           .tool = "tgm selftest",
+                                           .profile = profile_for(fixture->path),
+                                           .seed = SEED,
+                                           .cycles = CYCLES,
+                                           .jobs = 1,
+                                           .rules =
+                                               pool->options->first_only ? fixture->rule->id : NULL,
+                                           .scenarios = &played,
+                                           .scenario_count = scenario != NULL };
+    if (check_run(&check, &options, why) == 0) {
+        judge(fixture, check_report(check));
+        check_free(check);
+    } else {
+        say(fixture, "could not be judged: ", "", why);
+    }
+    scenario_close(scenario);
+}
+
+static void *work(void *argument)
+{
+    struct pool *pool = argument;
+    for (size_t i; (i = atomic_fetch_add(&pool->next, 1)) < pool->test->count;)
+        try(pool, &pool->test->fixtures[i]);
+    return NULL;
+}
+
+static void try_all(struct pool *pool)
+{
+    pthread_t threads[JOBS_MOST];
+    const long cores = sysconf(_SC_NPROCESSORS_ONLN);
+    unsigned jobs = pool->options->jobs, made = 1;
+    if (jobs == 0)
+        jobs = cores > 0 ? (unsigned)cores : 1;
+    while (made < jobs && made < JOBS_MOST && pthread_create(&threads[made], NULL, work, pool) == 0)
+        made++;
+    work(pool);
+    while (--made > 0)
+        pthread_join(threads[made], NULL);
+}
+
+int selftest_run(struct selftest *out, const struct selftest_options *options,
+                 char why[SELFTEST_WHY])
+{
+    struct pool pool = { .options = options, .test = out };
+    struct selftest_tally tally;
+    *out = (struct selftest){ .count = 0 };
+    for (size_t i = 0; rule_at(i) != NULL; i++) {
+        if (!rule_selected(options->rules, rule_at(i)->id))
+            continue;
+        out->rules++;
+        if (find_fixtures(out, rule_at(i), options->folder) != 0) {
+            selftest_free(out);
+            snprintf(why, SELFTEST_WHY, "no memory");
+            return -ENOMEM;
+        }
+    }
+    if (out->rules == 0) {
+        snprintf(why, SELFTEST_WHY, "no rule matches '%s'; `tgm rules` lists them", options->rules);
+        return -EINVAL;
+    }
+    try_all(&pool);
+    for (size_t i = 0; i < out->count; i++)
+        out->wrong += !out->fixtures[i].right;
+    for (size_t i = 0; rule_at(i) != NULL; i++) {
+        selftest_tally(out, rule_at(i), &tally);
+        out->unproven +=
+            rule_selected(options->rules, rule_at(i)->id) && (tally.bad == 0 || tally.good == 0);
+    }
+    return 0;
+}
+
+void selftest_tally(const struct selftest *test, const struct rule *rule,
+                    struct selftest_tally *tally)
+{
+    *tally = (struct selftest_tally){ .bad = 0 };
+    for (size_t i = 0; i < test->count; i++) {
+        const struct selftest_fixture *fixture = &test->fixtures[i];
+        if (fixture->rule != rule)
+            continue;
+        tally->bad += fixture->bad;
+        tally->bad_right += fixture->bad && fixture->right;
+        tally->good += !fixture->bad;
+        tally->good_right += !fixture->bad && fixture->right;
+    }
+}
+
+bool selftest_proves(const struct selftest_tally *tally)
+{
+    return tally->bad > 0 && tally->good > 0 && tally->bad == tally->bad_right &&
+           tally->good == tally->good_right;
+}
+
+void selftest_free(struct selftest *test)
+{
+    free(test->fixtures);
+    *test = (struct selftest){ .count = 0 };
+}
