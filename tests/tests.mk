@@ -38,6 +38,7 @@ UNIT_TESTS := test_osc test_text16 test_catalogue test_fixtures \
     test_report \
     test_audit \
     test_rules_same \
+    test_rules_cycle \
     test_budgets \
     test_profile \
     test_curves \
