@@ -12,7 +12,8 @@ FIXTURE_LDFLAGS := -nostdlib -shared -Wl,-Bsymbolic -Wl,-e,0 -Wl,--hash-style=gn
     -Wl,--build-id=none
 
 # tests/fixture.sh says what a fixture's first lines may ask for.
-FIXTURE_MADE_WITH := tests/fixture.sh conformance/fixtures/base.h conformance/fixtures/hidden.h conformance/fixtures/axis.h sdk/include/tgm_plc.h \
+FIXTURE_MADE_WITH := tests/fixture.sh conformance/fixtures/base.h conformance/fixtures/hidden.h \
+    conformance/fixtures/axis.h sdk/include/tgm_plc.h \
     sdk/include/tgm/layout_gen4.h sdk/src/mem.c
 define fixture_rule
 $(FIXTURE_DIR)/%$(2): conformance/fixtures/%.$(1) $(FIXTURE_MADE_WITH) | $(BUILD)/.deps-test
@@ -36,6 +37,8 @@ UNIT_TESTS := test_osc test_text16 test_catalogue test_fixtures \
     test_chronicle \
     test_report \
     test_audit \
+    test_rules_same \
+    test_rules_cycle \
     test_budgets \
     test_profile \
     test_curves \
