@@ -380,6 +380,7 @@ int experiment_run(const struct experiment *experiment, const struct image *imag
                              experiment->cycles * (experiment->host.cycle_us > 1000
                                                        ? experiment->host.cycle_us * UINT64_C(2000)
                                                        : UINT64_C(2000000)),
+        .real_time = experiment->real_clock,
         .memory_bytes = is_instrumented(experiment, image) ? EMULATOR_BYTES : 0,
     };
     r = worker_run(body, job, shared, &limits, progress != NULL || bulk ? relay : NULL, forward,
