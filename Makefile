@@ -98,12 +98,14 @@ HOST_SRC := realtime.c shm.c product.c schedule.c extent.c servo_wire.c \
     servo_select.c \
     audit.c \
     config.c config_keys.c config_check.c \
+    coverage.c \
     digest.c \
     evidence_file.c \
     evidence_rows.c \
     catalogue.c text16.c evidence.c plant.c host_select.c osc.c experiment.c \
     profile_shape.c \
     profile_motion.c \
+    sketch.c \
     scenario_read.c \
     scenario_words.c \
     scenario_expression.c \
@@ -151,13 +153,29 @@ LAYOUT_SRC := measure.c \
 LAYOUTS := gen4 gen5_905 gen5_906
 REPORT_SRC := text.c json.c \
     curves.c \
+    json_text.c \
+    markup.c \
+    report.c \
+    junit.c \
+    sarif.c \
+    html.c \
+    html_axis.c \
+    html_bars.c \
+    html_parts.c \
+    html_plots.c \
+    html_runs.c \
     picture.c
 CLI_SRC := main.c options.c output.c check.c run.c inspect.c inspect_text.c inspect_json.c rules.c new.c registers.c \
     clock.c \
     config.c \
     configuration.c \
+    certify.c \
+    keygen.c \
+    program.c \
+    verify.c \
     capture.c bus.c plot.c scope.c \
     record.c \
+    reports.c \
     machine.c \
     scenario.c \
     device.c \
@@ -179,10 +197,21 @@ CONFORMANCE_SRC := profile.c rules.c findings.c incidents.c rules_file.c rules_s
     rules_preempted.c \
     rules_disturbed.c \
     again.c \
+    archive_open.c \
+    archive_save.c \
+    waivers.c \
     cases.c \
+    certificate.c \
+    chronicle.c \
+    chronicle_coverage.c \
+    chronicle_plot.c \
+    envelope.c \
+    keys.c \
     judge.c \
     plan.c \
+    rule_book.c \
     runs.c \
+    suite.c \
     check.c
 SOEM_SRC := ethercatbase.c ethercatcoe.c ethercatconfig.c ethercatdc.c ethercatmain.c ethercatprint.c ethercatsoe.c
 
@@ -191,6 +220,7 @@ ROOM_OBJ := $(addprefix $(BUILD)/obj/harness/image/,$(IMAGE_SRC:.c=.o)) \
     $(BUILD)/obj/harness/machine/thunks.o \
     $(addprefix $(BUILD)/obj/harness/bus/,$(BUS_SRC:.c=.o)) $(BUILD)/obj/harness/bus/fiber_switch.o \
     $(BUILD)/obj/harness/bus/terminals.o \
+    $(BUILD)/obj/harness/report/style.o \
     $(addprefix $(BUILD)/obj/harness/host/,$(HOST_SRC:.c=.o)) $(LAYOUTS:%=$(BUILD)/obj/harness/host_%.o) \
     $(addprefix $(BUILD)/obj/harness/report/,$(REPORT_SRC:.c=.o)) \
     $(addprefix $(BUILD)/obj/conformance/,$(CONFORMANCE_SRC:.c=.o)) \
@@ -247,8 +277,10 @@ FUZZERS := fuzz_image fuzz_text \
     fuzz_code \
     fuzz_scenario \
     fuzz_device \
+    fuzz_certificate \
     fuzz_config \
     fuzz_text16 \
+    fuzz_evidence \
     fuzz_path
 .PHONY: fuzz
 fuzz: $(addprefix $(BUILD)/fuzz/,$(FUZZERS)) ## fuzz the readers of module files and fault scripts, the SDK's text and the bus segment for FUZZ_SECONDS each (default 300)
@@ -346,6 +378,8 @@ $(BUILD)/obj/%.o: %.c | $(BUILD)/.deps
 $(BUILD)/obj/harness/bus/terminals.o: $(TERMINALS)
 $(BUILD)/obj/conformance/faults.o: $(wildcard conformance/faults/*.faults)
 
+$(BUILD)/obj/harness/report/style.o: harness/report/report.css
+
 $(BUILD)/obj/%.o: %.S | $(BUILD)/.deps
 	@mkdir -p $(@D)
 	@echo "  AS     $<"
@@ -378,7 +412,17 @@ $(BUILD)/fuzz/fuzz_config: tests/fuzz_config.c $(addprefix harness/host/,config.
 	@echo "  FUZZ   $@"
 	$(Q)$(FUZZ_CC) -o $@ $(filter %.c,$^) -linih
 
+$(BUILD)/fuzz/fuzz_certificate: tests/fuzz_certificate.c $(addprefix conformance/,certificate.c envelope.c keys.c) harness/report/report.c | $(BUILD)/.deps-test
+	@mkdir -p $(@D)
+	@echo "  FUZZ   $@"
+	$(Q)$(FUZZ_CC) -o $@ $(filter %.c,$^) -ljansson -lsodium
+
 $(BUILD)/fuzz/fuzz_text16: tests/fuzz_text16.c harness/host/text16.c harness/machine/arguments.c | $(BUILD)/.deps-test
+	@mkdir -p $(@D)
+	@echo "  FUZZ   $@"
+	$(Q)$(FUZZ_CC) -o $@ $(filter %.c,$^) -lm
+
+$(BUILD)/fuzz/fuzz_evidence: tests/fuzz_evidence.c $(addprefix harness/host/,evidence.c evidence_file.c evidence_rows.c audit.c sketch.c product.c catalogue.c) conformance/waivers.c | $(BUILD)/.deps-test
 	@mkdir -p $(@D)
 	@echo "  FUZZ   $@"
 	$(Q)$(FUZZ_CC) -o $@ $(filter %.c,$^) -lm

@@ -43,6 +43,31 @@ static void add_scenarios(const struct check_options *options, struct finding *f
     }
 }
 
+/* Where a debugger can be at it: the run itself, in one process, up to the cycle. */
+static void add_debugger(const struct check_options *options, const char *module,
+                         struct finding *finding)
+{
+    char path[FINDING_TEXT / 2] = "";
+    const uint64_t cycles = finding->has_cycle ? finding->cycle + 1 : 1;
+    if (finding->plain_us == 0 ||
+        (options->around_path != NULL && strlen(options->around_path) * 4 + 8 > sizeof path))
+        return;
+    if (options->around_path != NULL)
+        shell_word(options->around_path, path, sizeof path);
+    else
+        snprintf(path, sizeof path, "%" PRIu32, finding->plain_us);
+    const int length =
+        snprintf(finding->debug, sizeof finding->debug,
+                 "gdb -ex run --args tgm run %s --in-process --seed 0x%" PRIx64 " --for %" PRIu64
+                 "us %s %s%s%s",
+                 module, options->seed, cycles * finding->plain_us,
+                 options->around_path != NULL ? "--config" : "--cycle", path,
+                 strcmp(options->profile->name, "pc4") != 0 ? " --profile " : "",
+                 strcmp(options->profile->name, "pc4") != 0 ? options->profile->name : "");
+    if ((size_t)length >= sizeof finding->debug)
+        finding->debug[0] = '\0'; /* half of it would be another call */
+}
+
 void check_add_reproduction(const struct check_options *options, const struct rule *rule,
                             struct finding *finding)
 {
@@ -50,10 +75,12 @@ void check_add_reproduction(const struct check_options *options, const struct ru
     if (rule->experiments == NO_EXPERIMENT)
         return;
     char dashed[FINDING_TEXT / 2];
-    if (strlen(options->path) * 4 + 8 > sizeof path)
+    const char *const module = options->again_path != NULL ? options->again_path : options->path;
+    if (strlen(module) * 4 + 8 > sizeof path)
         return; /* a path that does not fit would name another file */
-    snprintf(dashed, sizeof dashed, "%s%s", options->path[0] == '-' ? "./" : "", options->path);
+    snprintf(dashed, sizeof dashed, "%s%s", module[0] == '-' ? "./" : "", module);
     shell_word(dashed, path, sizeof path);
+    add_debugger(options, path, finding);
     int at = snprintf(finding->again, sizeof finding->again,
                       "tgm check %s --rule %s --seed 0x%" PRIx64, path, rule->id, options->seed);
     if (strcmp(options->profile->name, "pc4") != 0 && at < FINDING_TEXT)

@@ -11,6 +11,23 @@ const struct experiment *case_experiment(const struct case_file *file, enum expe
     return &file->runs[id].plan.experiment;
 }
 
+bool case_unsupported(const struct case_file *file, enum experiment_id id,
+                      struct findings *findings)
+{
+    const struct evidence *evidence = &file->runs[id].result.evidence;
+    for (unsigned i = 0; i < evidence->incident_count; i++) {
+        const struct evidence_incident *incident = &evidence->incidents[i];
+        struct finding where = { .count = 0 };
+        if (incident->kind != MACHINE_UNSUPPORTED)
+            continue;
+        incident_place(incident, &where, file);
+        finding_not_judged(findings, "the emulated CPU lacks an instruction of %s: %s",
+                           entry_name(incident->entry), where.place);
+        return true;
+    }
+    return false;
+}
+
 const struct evidence *case_evidence(const struct case_file *file, enum experiment_id id,
                                      struct findings *findings)
 {
@@ -34,7 +51,7 @@ const struct evidence *case_evidence(const struct case_file *file, enum experime
                                                                : "the worker failed");
         return NULL;
     }
-    return &result->evidence;
+    return case_unsupported(file, id, findings) ? NULL : &result->evidence;
 }
 
 /* The experiment was played to its end: every cycle, or until no function could be called any more.
@@ -78,10 +95,21 @@ void case_complete(const struct case_file *file, enum experiment_id id, struct f
                            experiment->name);
 }
 
+/* A run that `tgm run` repeats: nothing about it is out of the ordinary. */
+static bool is_plain(const struct experiment *e)
+{
+    return e->host.mutation.kind == MUTATION_NONE && e->poison == MACHINE_POISON_NONE &&
+           e->places == 0 && !e->instrumented && e->host.counters == 0 && !e->host.kept_module &&
+           e->host.preempt.mode == PREEMPT_NONE && e->host.faults == NULL &&
+           e->host.data_bytes == 0 && e->host.scenario == NULL;
+}
+
 void finding_stamp(struct finding *finding, const struct experiment *experiment, enum entry entry,
                    uint64_t cycle)
 {
     finding->function = entry_name(entry);
+    if (is_plain(experiment))
+        finding->plain_us = experiment->host.cycle_us;
     if (cycle == EVIDENCE_NO_CYCLE)
         return;
     finding->has_cycle = true;

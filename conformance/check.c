@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
-#include "conformance/check_parts.h"
+#include "conformance/archive.h"
 
 #include <errno.h>
 #include <fnmatch.h>
@@ -14,6 +14,25 @@ double check_seconds(void)
     struct timespec t;
     clock_gettime(CLOCK_MONOTONIC, &t);
     return (double)t.tv_sec + (double)t.tv_nsec * 1e-9;
+}
+
+/* Some pattern fits, or all only take away; and none of those that do fits. */
+static bool is_selected(const char *patterns, const char *id)
+{
+    bool fits = false, any = false;
+    for (const char *at = patterns; at != NULL && *at != '\0';) {
+        char pattern[128];
+        const size_t length = strcspn(at, ",");
+        const bool without = *at == '!';
+        snprintf(pattern, sizeof pattern, "%.*s", (int)(length - without), at + without);
+        const bool match = fnmatch(pattern, id, 0) == 0;
+        if (without && match)
+            return false;
+        any = any || !without;
+        fits = fits || (!without && match);
+        at += length + (at[length] == ',');
+    }
+    return fits || !any;
 }
 
 static int choose_rules(struct check *check, const struct check_options *options,
@@ -33,7 +52,7 @@ static int choose_rules(struct check *check, const struct check_options *options
         return -ENOMEM;
     }
     for (size_t i = 0; i < all; i++)
-        if (options->rules == NULL || fnmatch(options->rules, rule_at(i)->id, 0) == 0) {
+        if (is_selected(options->rules, rule_at(i)->id)) {
             without_scenario =
                 rule_at(i)->experiments == ON_SCENARIOS && options->scenario_count == 0;
             if (!without_scenario)
@@ -89,8 +108,11 @@ static void fill_report(struct check *check, const struct check_options *options
     report->target = check->image->target_name;
     report->profile = options->profile->name;
     report->profile_title = title;
+    rule_book_hash(check->rule_book);
+    report->rule_book = check->rule_book;
     report->seed = options->seed;
     report->selection = options->rules;
+    report->strict = options->strict;
     report->cycles = options->cycles;
     report->rules = check->rules;
     report->groups = check->groups;
@@ -117,39 +139,137 @@ static void note_cycles(struct check *check, const struct check_options *options
         snprintf(note + at, size - at, " us, %d s of machine time each", CHECK_SECONDS);
 }
 
-int check_run(struct check **out, const struct check_options *options, char why[CHECK_WHY])
+static void note_scenarios(struct check *check, const struct check_options *options)
+{
+    struct group_report *group = &check->groups[GROUP_MACHINE];
+    uint64_t checks = 0;
+    if (check->scenarios == NULL)
+        return;
+    for (size_t i = 0; i < options->scenario_count; i++)
+        checks += check->scenarios[i].result.evidence.checked;
+    snprintf(group->note, sizeof group->note, "%zu scenario%s, %" PRIu64 " checks",
+             options->scenario_count, options->scenario_count == 1 ? "" : "s", checks);
+}
+
+static void note_today(struct check *check, const struct check_options *options)
+{
+    const time_t now = time(NULL);
+    struct tm day;
+    if (options->today != NULL)
+        snprintf(check->today, sizeof check->today, "%.10s", options->today);
+    else if (gmtime_r(&now, &day) != NULL)
+        strftime(check->today, sizeof check->today, "%Y-%m-%d", &day);
+}
+
+/* Up to where experiments are run; *wanted: which. */
+static int prepare(struct check *check, const struct check_options *options, uint64_t *wanted,
+                   char why[CHECK_WHY])
 {
     const double begin = check_seconds();
+    struct planned plan[EXPERIMENT_COUNT];
+    int r = choose_rules(check, options, why);
+    if (r == 0)
+        r = image_open(&check->image, options->path, why);
+    if (r != 0)
+        return r;
+    note_today(check, options);
+    fill_report(check, options);
+    plan_experiments(options, plan);
+    for (int i = 0; i < EXPERIMENT_COUNT; i++)
+        check->runs[i].plan = plan[i];
+    note_unrunnable(check, options->profile);
+    *wanted = 0;
+    for (size_t i = 0; i < check->report.rule_count; i++)
+        *wanted |= check->chosen[i]->experiments;
+    check->groups[GROUP_FILE].seconds = check_seconds() - begin;
+    return 0;
+}
+
+/* From there on. */
+static int conclude(struct check *check, const struct check_options *options, char why[CHECK_WHY])
+{
+    const double begin = check_seconds();
+    note_cycles(check, options);
+    note_scenarios(check, options);
+    const int r = check_judge(check, options);
+    if (r != 0)
+        snprintf(why, CHECK_WHY, "no memory");
+    check->groups[GROUP_FILE].seconds += check_seconds() - begin;
+    return r;
+}
+
+static int run_and_judge(struct check *check, const struct check_options *options,
+                         char why[CHECK_WHY])
+{
+    uint64_t wanted;
+    int r = prepare(check, options, &wanted, why);
+    if (r == 0)
+        r = check_run_experiments(check, options, wanted, why);
+    if (r == 0 && (wanted & ON_SCENARIOS) != 0)
+        r = check_run_scenarios(check, options, why);
+    if (r == 0)
+        r = conclude(check, options, why);
+    if (r == 0 && options->evidence != NULL)
+        r = archive_save(check, options, options->evidence, check->hash, why);
+    if (r == 0 && options->evidence != NULL)
+        check->report.evidence = check->hash;
+    return r;
+}
+
+int check_run(struct check **out, const struct check_options *options, char why[CHECK_WHY])
+{
     struct check *check = calloc(1, sizeof *check);
     if (check == NULL) {
         snprintf(why, CHECK_WHY, "no memory");
         return -ENOMEM;
     }
-    int r = choose_rules(check, options, why);
+    const int r = run_and_judge(check, options, why);
+    if (r != 0) {
+        check_free(check);
+        return r;
+    }
+    *out = check;
+    return 0;
+}
+
+static int judge_archive(struct check *check, const char *folder,
+                         const struct check_changes *changes, char why[CHECK_WHY])
+{
+    uint64_t wanted;
+    int r = archive_open(&check->archive, folder, why);
+    if (r != 0)
+        return r;
+    struct check_options options = *archive_options(check->archive);
+    if (changes->rules != NULL)
+        options.rules = changes->rules;
+    options.strict = options.strict || changes->strict;
+    if (changes->waivers != NULL) {
+        options.waivers = changes->waivers;
+        options.today = NULL;
+    }
+    r = prepare(check, &options, &wanted, why);
     if (r == 0)
-        r = image_open(&check->image, options->path, why);
+        r = archive_fill(check->archive, check, why);
     if (r != 0)
-        goto out;
-    fill_report(check, options);
-    struct planned plan[EXPERIMENT_COUNT];
-    plan_experiments(options, plan);
-    for (int i = 0; i < EXPERIMENT_COUNT; i++)
-        check->runs[i].plan = plan[i];
-    note_unrunnable(check, options->profile);
-    uint64_t wanted = 0;
-    for (size_t i = 0; i < check->report.rule_count; i++)
-        wanted |= check->chosen[i]->experiments;
-    check->groups[GROUP_FILE].seconds = check_seconds() - begin;
-    r = check_run_experiments(check, options, wanted, why);
-    if (r == 0 && (wanted & ON_SCENARIOS) != 0)
-        r = check_run_scenarios(check, options, why);
-    if (r != 0)
-        goto out;
-    note_cycles(check, options);
-    const double judging = check_seconds();
-    check_judge(check, options);
-    check->groups[GROUP_FILE].seconds += check_seconds() - judging;
-out:
+        return r;
+    if (check->cannot_run[0] == '\0')
+        snprintf(check->cannot_run, sizeof check->cannot_run,
+                 "the saved evidence does not have what this rule needs");
+    r = conclude(check, &options, why);
+    snprintf(check->hash, sizeof check->hash, "%s", archive_hash(check->archive));
+    check->report.evidence = check->hash;
+    return r;
+}
+
+int check_again(struct check **out, const char *folder, const struct check_changes *changes,
+                char why[CHECK_WHY])
+{
+    struct check *check = calloc(1, sizeof *check);
+    if (check == NULL) {
+        snprintf(why, CHECK_WHY, "no memory");
+        return -ENOMEM;
+    }
+    const int r = judge_archive(check, folder, changes, why);
     if (r != 0) {
         check_free(check);
         return r;
@@ -169,10 +289,12 @@ void check_free(struct check *check)
         return;
     if (check->image != NULL)
         image_close(check->image);
+    chronicle_free(&check->chronicle);
     free(check->rules);
     free(check->chosen);
     free(check->findings);
     free(check->runs);
     free(check->scenarios);
+    archive_close(check->archive);
     free(check);
 }

@@ -7,6 +7,7 @@
 #define CONFORMANCE_CHECK_H
 
 #include "conformance/rules.h"
+#include "conformance/waivers.h"
 
 #define CHECK_WHY 1024
 
@@ -18,6 +19,7 @@ typedef struct pcap *check_capture(void *argument, const char *experiment);
 struct check_scenario {
     const struct scenario *scenario;
     const char *path;
+    const char *text; /* what it was read from; needed where evidence is saved */
 };
 
 struct check_options {
@@ -26,9 +28,17 @@ struct check_options {
     const char *tool;  /* "tgm 0.1.0" */
     const struct profile *profile;
     uint64_t seed;
-    unsigned jobs;     /* experiments that run at the same time; 0: one for each core */
-    uint64_t cycles;   /* of each cycle experiment; 0 = CHECK_SECONDS of machine time */
-    const char *rules; /* shell pattern over rule ids; NULL: all */
+    bool instrumented; /* every experiment on the instrumented machine, not only those that need it
+                         */
+    unsigned jobs;   /* experiments that run at the same time; 0: one for each core */
+    uint64_t cycles; /* of each cycle experiment; 0 = CHECK_SECONDS of machine time */
+    /* Shell patterns over rule ids, with commas between them; one with '!' in front takes rules
+     * away. NULL: all. */
+    const char *rules;
+    bool strict;                   /* rules that a module should keep count as those it must */
+    const struct waivers *waivers; /* NULL: none */
+    const char *today;             /* "2026-11-27": for waivers; NULL: today (UTC) */
+    const char *evidence; /* folder that all evidence is saved in (archive.h); NULL: none */
     /* A configuration to judge under: its bus, servos, periods, sizes, and one Cycle_Time instead
      * of all. NULL: none. */
     const struct host_config *around;
@@ -37,6 +47,7 @@ struct check_options {
     size_t scenario_count;
     check_capture *capture; /* may be NULL */
     void *capture_argument;
+    const char *again_path; /* the module's path in lines that show a finding again; NULL: path */
 };
 
 /* Machine time of each cycle experiment unless --cycles says otherwise, in s. */
@@ -54,6 +65,18 @@ struct check; /* owns everything the report points to */
  * be read, no rule matches, no worker process can be made. A bad module is not an error.
  */
 int check_run(struct check **out, const struct check_options *options, char why[CHECK_WHY]);
+
+/* What may be asked anew of saved evidence; NULL, and false: as it was then. */
+struct check_changes {
+    const char *rules;
+    bool strict;
+    const struct waivers *waivers; /* judged as of today */
+};
+
+/* From saved evidence, with nothing run: the same report but for times. 0, or negative errno with a
+ * sentence in why. */
+int check_again(struct check **out, const char *folder, const struct check_changes *changes,
+                char why[CHECK_WHY]);
 const struct report *check_report(const struct check *check);
 void check_free(struct check *check);
 

@@ -5,6 +5,8 @@
 
 #include "conformance/budgets.h"
 #include "conformance/check.h"
+#include "conformance/chronicle.h"
+#include "conformance/rule_book.h"
 
 struct check {
     struct image *image;
@@ -16,7 +18,13 @@ struct check {
     struct case_run *runs; /* by enum experiment_id */
     struct case_scenario *scenarios;
     struct budget_report budgets[BUDGETS_MOST];
+    struct chronicle chronicle;
+    struct waiver_report waivers[WAIVERS_MOST];
+    struct archive *archive; /* that it was made from; NULL: it was run */
+    char hash[65];           /* of the manifest of the evidence; "" when none was saved */
+    char today[16];
     char title[96];
+    char rule_book[RULE_BOOK_HASH];
     char cannot_run[FINDING_TEXT];
 };
 
@@ -32,8 +40,8 @@ int check_run_experiments(struct check *check, const struct check_options *optio
 int check_run_scenarios(struct check *check, const struct check_options *options,
                         char why[CHECK_WHY]);
 
-/* judge.c: findings, outcomes and verdict from what was run. */
-void check_judge(struct check *check, const struct check_options *options);
+/* judge.c: findings, outcomes and verdict from what was run. 0 or -ENOMEM. */
+int check_judge(struct check *check, const struct check_options *options);
 
 /* again.c: the line that shows a finding again, if there is one. */
 void check_add_reproduction(const struct check_options *options, const struct rule *rule,

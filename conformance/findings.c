@@ -6,13 +6,45 @@
 
 #include "conformance/rules.h"
 
-/* Names from a file may hold line ends or escape sequences: they must not write lines of the
- * report. */
+/* Length of the UTF-8 character there, 0 when it is none; its number in *number. */
+static size_t utf8(const unsigned char *at, uint32_t *number)
+{
+    static const uint32_t least[] = { 0, 0, 0x80, 0x800, 0x10000 };
+    const size_t length = at[0] < 0x80             ? 1
+                          : (at[0] & 0xE0) == 0xC0 ? 2
+                          : (at[0] & 0xF0) == 0xE0 ? 3
+                          : (at[0] & 0xF8) == 0xF0 ? 4
+                                                   : 0;
+    *number = length < 2 ? at[0] : at[0] & (0x7Fu >> length);
+    for (size_t i = 1; i < length; i++) {
+        if ((at[i] & 0xC0) != 0x80)
+            return 0;
+        *number = *number << 6 | (at[i] & 0x3Fu);
+    }
+    const bool surrogate = *number >= 0xD800 && *number < 0xE000;
+    return *number < least[length] || *number > 0x10FFFF || surrogate ? 0 : length;
+}
+
+/* Moves the cursor, ends the line, or has what follows read in another order. */
+static bool is_control(uint32_t number)
+{
+    return number < 0x20 || (number >= 0x7F && number < 0xA0) || number == 0x61C ||
+           (number >= 0x200B && number <= 0x200F) || (number >= 0x2028 && number <= 0x202E) ||
+           (number >= 0x2060 && number <= 0x206F) || number == 0xFEFF;
+}
+
+/* Names from a file may hold line ends, escape sequences or no text at all: they must not write
+ * lines of the report, nor have it read otherwise than it is. */
 static void clean(char *text)
 {
-    for (; *text != '\0'; text++)
-        if ((unsigned char)*text < 0x20 || *text == 0x7F)
-            *text = '?';
+    uint32_t number;
+    for (size_t length; *text != '\0'; text += length) {
+        length = utf8((unsigned char *)text, &number);
+        if (length != 0 && !is_control(number))
+            continue;
+        length = length != 0 ? length : 1;
+        memset(text, '?', length);
+    }
 }
 
 static struct finding *slot(struct findings *findings, const char *what)

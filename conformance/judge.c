@@ -30,7 +30,67 @@ static void judge_rule(struct check *check, const struct check_options *options,
         check_add_reproduction(options, rule, &findings->list[i]);
 }
 
-void check_judge(struct check *check, const struct check_options *options)
+/* The parts of the report that no rule makes. */
+static int tell(struct check *check, const struct case_file *file)
+{
+    struct report *report = &check->report;
+    const int r = chronicle_make(&check->chronicle, file);
+    report->timelines = check->chronicle.timelines;
+    report->timeline_count = check->chronicle.timeline_count;
+    report->plots = check->chronicle.plots;
+    report->plot_count = check->chronicle.plot_count;
+    report->coverage = check->chronicle.coverage;
+    report->coverage_count = check->chronicle.coverage_count;
+    report->coverage_reason = check->chronicle.coverage_reason;
+    return r;
+}
+
+/* Those for rules that were not asked for are of no concern. */
+static void list_waivers(struct check *check, const struct check_options *options)
+{
+    struct report *report = &check->report;
+    report->waivers = check->waivers;
+    for (size_t i = 0; options->waivers != NULL && i < options->waivers->count; i++) {
+        const struct waiver *w = &options->waivers->list[i];
+        bool asked = false;
+        for (size_t k = 0; k < report->rule_count; k++)
+            asked = asked || strcmp(check->chosen[k]->id, w->rule) == 0;
+        if (asked)
+            check->waivers[report->waiver_count++] =
+                (struct waiver_report){ .rule = w->rule,
+                                        .reason = w->reason,
+                                        .owner = w->owner,
+                                        .expiry = w->expiry,
+                                        .expired = waiver_expired(w, check->today) };
+    }
+}
+
+static void waive(struct check *check, struct rule_report *rule)
+{
+    for (size_t i = 0; rule->outcome == RULE_FAILED && i < check->report.waiver_count; i++) {
+        struct waiver_report *waiver = &check->waivers[i];
+        if (strcmp(waiver->rule, rule->id) != 0)
+            continue;
+        waiver->used = true;
+        if (!waiver->expired)
+            rule->waiver = waiver;
+    }
+}
+
+static void count(struct report *report, const struct rule_report *rule)
+{
+    report->passed += rule->outcome == RULE_PASSED;
+    report->failed += rule->outcome == RULE_FAILED;
+    report->not_judged += rule->outcome == RULE_NOT_JUDGED;
+    report->waived += rule->waiver != NULL;
+    if (report_fails(report, rule))
+        report->verdict = VERDICT_FAIL;
+    if (rule->outcome == RULE_NOT_JUDGED && report_decides(report, rule) &&
+        report->verdict != VERDICT_FAIL)
+        report->verdict = VERDICT_INCOMPLETE;
+}
+
+int check_judge(struct check *check, const struct check_options *options)
 {
     struct report *report = &check->report;
     const char *shown = options->shown != NULL ? options->shown : options->path;
@@ -46,16 +106,14 @@ void check_judge(struct check *check, const struct check_options *options)
     };
     report->budgets = check->budgets;
     report->budget_count = budgets_report(&file, check->budgets);
+    list_waivers(check, options);
     for (size_t i = 0; i < report->rule_count; i++) {
         judge_rule(check, options, &file, i);
-        const enum rule_outcome outcome = check->rules[i].outcome;
-        const bool counts = check->rules[i].severity == SEVERITY_MUST;
-        report->passed += outcome == RULE_PASSED;
-        report->failed += outcome == RULE_FAILED;
-        report->not_judged += outcome == RULE_NOT_JUDGED;
-        if (outcome == RULE_FAILED && counts)
-            report->verdict = VERDICT_FAIL;
-        if (outcome == RULE_NOT_JUDGED && counts && report->verdict != VERDICT_FAIL)
-            report->verdict = VERDICT_INCOMPLETE;
+        waive(check, &check->rules[i]);
+        count(report, &check->rules[i]);
     }
+    for (size_t i = 0; i < report->waiver_count; i++)
+        if (report->waivers[i].expired)
+            report->verdict = VERDICT_FAIL;
+    return tell(check, &file);
 }

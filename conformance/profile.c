@@ -76,6 +76,14 @@ bool profile_loads(const struct profile *profile, const struct image *image)
     return false;
 }
 
+const struct profile *profile_of_image(const struct image *image)
+{
+    for (size_t i = 0; profile_at(i) != NULL; i++)
+        if (profile_loads(profile_at(i), image))
+            return profile_at(i);
+    return NULL;
+}
+
 const char *profile_wanted(const struct profile *profile, char text[PROFILE_WANTED])
 {
     size_t count = 0, at = 0;

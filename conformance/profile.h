@@ -43,6 +43,9 @@ const struct profile *profile_at(size_t index);
 
 /* Whether the image is of a kind that the profile loads, whatever else is wrong with it. */
 bool profile_loads(const struct profile *profile, const struct image *image);
+/* The first profile that loads the image: pc4 for ELF64 and PE, tgmmini for ELF32, tgmcontroller for
+ * flat images. NULL when none does, as for a file that is no module. */
+const struct profile *profile_of_image(const struct image *image);
 /* All kinds: "an ELF64 x86-64 shared object or a PE32 DLL for i386". */
 const char *profile_wanted(const struct profile *profile, char text[PROFILE_WANTED]);
 

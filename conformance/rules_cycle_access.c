@@ -10,29 +10,12 @@
 #include "conformance/budgets.h"
 #include "conformance/rules_cycle.h"
 
-/* The instrumented CPU lacks an instruction of the module's: nothing of the run is judged. */
-static bool unsupported(const struct cycle_run *run)
-{
-    struct finding place = { .count = 0 };
-    for (unsigned i = 0; i < run->evidence->incident_count; i++) {
-        const struct evidence_incident *incident = &run->evidence->incidents[i];
-        if (incident->kind != MACHINE_UNSUPPORTED)
-            continue;
-        incident_place(incident, &place, run->file);
-        finding_not_judged(run->findings,
-                           "the emulated CPU that sees every access lacks an instruction of %s: %s",
-                           entry_name(incident->entry), place.place);
-        return true;
-    }
-    return false;
-}
-
 void cycle_each_traced(const struct case_file *file, cycle_judge *judge, struct findings *findings)
 {
     for (int id = 0; id < EXPERIMENT_COUNT; id++) {
         struct cycle_run run;
         if (!experiment_in(ON_TRACED, id) ||
-            !cycle_run_open(&run, file, (enum experiment_id)id, findings) || unsupported(&run))
+            !cycle_run_open(&run, file, (enum experiment_id)id, findings))
             continue;
         judge(&run);
         case_complete(file, (enum experiment_id)id, findings);
@@ -204,16 +187,21 @@ void check_budget_background(const struct case_file *file, struct findings *find
     cycle_each_traced(file, judge_budget_background, findings);
 }
 
-/* A stack that overflowed has a finding in no-fault. */
+/* A stack that the file tells is too large has its finding in stack-size. */
+static bool is_told(const struct case_file *file, enum entry entry)
+{
+    const struct image_symbol *symbol = image_export(file->image, entry_name(entry));
+    const struct image_routine *routine =
+        symbol != NULL ? image_routine(file->image, symbol->vaddr) : NULL;
+    return routine != NULL && routine->stack > file->profile->stack_bytes;
+}
+
 static void judge_stack(const struct cycle_run *run)
 {
-    const uint32_t limit = run->experiment->host.product->budget.stack_bytes;
-    for (unsigned i = 0; i < run->evidence->incident_count; i++)
-        if (incident_is_stack_overflow(&run->evidence->incidents[i].fault))
-            return;
+    const uint32_t limit = run->file->profile->stack_bytes;
     for (int entry = 0; entry < ENTRY_COUNT; entry++) {
         const uint64_t bytes = run->evidence->audit.functions[entry].stack_bytes;
-        if (bytes <= limit)
+        if (bytes <= limit || is_told(run->file, (enum entry)entry))
             continue;
         struct finding *finding = finding_add(run->findings, "%s needs more than %u bytes of stack",
                                               entry_name((enum entry)entry), limit);

@@ -49,13 +49,13 @@ static void judge_specials(const struct case_file *file, enum image_special_kind
         if (special->kind != kind || !is_sure(file->image, special))
             continue;
         image_where(file->image, special->from, &from);
-        struct finding *finding = finding_add(
-            findings, "`%s` %s; control comes there from %s", special->text, does,
-            special->how == IMAGE_SPECIAL_POINTER ? "a call through a pointer"
-            : special->from == file->image->entry_point && file->image->has_entry_point
-                ? "the entry point"
-            : from.function != NULL ? from.function
-                                    : "an export");
+        struct finding *finding =
+            finding_add(findings, "`%s` %s; control comes there from %s", special->text, does,
+                        special->how == IMAGE_SPECIAL_POINTER ? "a call through a pointer"
+                        : special->from == file->image->entry_point && file->image->has_entry_point
+                            ? "the entry point"
+                        : from.function != NULL ? from.function
+                                                : "an export");
         finding_place(finding, file, special->vaddr);
     }
     note_incomplete(file, findings);
@@ -75,6 +75,8 @@ void check_no_privileged_instruction(const struct case_file *file, struct findin
 
 void check_no_thread_block(const struct case_file *file, struct findings *findings)
 {
+    if (file->image->has_tls) /* who uses a thread-local variable looks there (rule no-tls) */
+        return;
     judge_specials(file, IMAGE_SPECIAL_THREAD,
                    "looks into an operating system's block for the running thread", findings);
 }
@@ -95,13 +97,13 @@ void check_suspicious_code(const struct case_file *file, struct findings *findin
         const struct image_special *special = &code->specials[i];
         if (is_sure(file->image, special) || special->kind == IMAGE_SPECIAL_MACHINE)
             continue;
-        finding_place(
-            finding_add(findings, special->how == IMAGE_SPECIAL_BYTES
+        finding_place(finding_add(findings,
+                                  special->how == IMAGE_SPECIAL_BYTES
                                       ? "the bytes of `%s` stand in executable memory, outside all "
                                         "code that was found"
                                       : "`%s` stands in a function that nothing was seen to call",
-                        special->text),
-            file, special->vaddr);
+                                  special->text),
+                      file, special->vaddr);
     }
 }
 
@@ -114,8 +116,7 @@ static const char *const limit_texts[] = {
         "a call through a pointer may reach a function again that has not returned",
     [IMAGE_STACK_JUMP] = "a jump through a pointer or table could not be followed",
     [IMAGE_STACK_VARIABLE] =
-        "the stack pointer moves by what is computed at run time (alloca, array of variable "
-        "length)",
+        "the stack pointer moves by what is computed at run time (alloca, array of any length)",
     [IMAGE_STACK_LOOP] = "the stack grows with each turn of a loop",
     [IMAGE_STACK_UNBALANCED] = "more is taken off the stack than was put on",
     [IMAGE_STACK_CODE] = "control reaches what is no instruction of the file",
@@ -123,8 +124,8 @@ static const char *const limit_texts[] = {
     [IMAGE_STACK_UNKNOWN] = "",
 };
 
-typedef void judge_routine(const struct case_file *, const char *name,
-                           const struct image_routine *, struct findings *);
+typedef void judge_routine(const struct case_file *, const char *name, const struct image_routine *,
+                           struct findings *);
 
 static void each_function(const struct case_file *file, judge_routine *judge,
                           struct findings *findings)
@@ -138,8 +139,9 @@ static void each_function(const struct case_file *file, judge_routine *judge,
         if (routine == NULL)
             continue;
         if (routine->limit == IMAGE_STACK_UNKNOWN)
-            finding_not_judged(findings, "the stack could not be measured: no process could be made "
-                                         "for it, or it did not end well");
+            finding_not_judged(findings,
+                               "the stack could not be measured: no process could be made "
+                               "for it, or it did not end well");
         else
             judge(file, *name, routine, findings);
     }
@@ -158,12 +160,11 @@ static void judge_size(const struct case_file *file, const char *name,
                        const struct image_routine *routine, struct findings *findings)
 {
     if (routine->stack > file->profile->stack_bytes)
-        finding_place(finding_add(findings,
-                                  "%s takes %" PRIu64 " bytes of stack%s, there are %" PRIu32, name,
-                                  routine->stack,
-                                  routine->limit == IMAGE_STACK_BOUNDED ? "" : " or more",
-                                  file->profile->stack_bytes),
-                      file, routine->vaddr);
+        finding_place(
+            finding_add(findings, "%s takes %" PRIu64 " bytes of stack%s, there are %" PRIu32, name,
+                        routine->stack, routine->limit == IMAGE_STACK_BOUNDED ? "" : " or more",
+                        file->profile->stack_bytes),
+            file, routine->vaddr);
 }
 
 void check_stack_bounded(const struct case_file *file, struct findings *findings)

@@ -220,8 +220,8 @@ void check_no_text_relocations(const struct case_file *file, struct findings *fi
         const struct image_segment *segment = image_segment_at(image, reloc->vaddr, 1);
         if (reloc->kind == IMAGE_RELOC_RELATIVE && segment != NULL &&
             (segment->perm & IMAGE_EXEC) != 0)
-            finding_place(finding_add(findings, "relocation %s patches executable memory",
-                                      reloc->type_name),
-                          file, reloc->vaddr);
+            finding_place(
+                finding_add(findings, "relocation %s patches executable memory", reloc->type_name),
+                file, reloc->vaddr);
     }
 }

@@ -55,23 +55,27 @@ void check_fits_memory(const struct case_file *file, struct findings *findings)
     const uint64_t span = image->span_end - image->span_begin, room = file->profile->region_bytes;
     if (span <= room)
         return;
-    struct finding *finding =
+    const struct image_symbol *symbol = largest(image);
+    if (symbol == NULL)
         finding_add(findings, "the module takes %" PRIu64 " bytes of memory, there are %" PRIu64,
                     span, room);
-    const struct image_symbol *symbol = largest(image);
-    if (symbol != NULL)
-        finding_place(finding, file, symbol->vaddr);
+    else
+        finding_place(finding_add(findings,
+                                  "the module takes %" PRIu64 " bytes of memory, there are %" PRIu64
+                                  "; the largest thing in it is %s (%" PRIu64 " bytes)",
+                                  span, room, symbol->name, symbol->size),
+                      file, symbol->vaddr);
 }
 
 /* ---- notes ---- */
 
+/* An exported one is a matter of export-code. */
 static bool holds_data(const struct image *image, const struct image_segment *segment)
 {
     for (size_t i = 0; i < image->symbol_count; i++) {
         const struct image_symbol *symbol = &image->symbols[i];
-        if (symbol->kind == IMAGE_SYMBOL_OBJECT && symbol->size > 0 &&
-            symbol->vaddr >= segment->vaddr &&
-            symbol->vaddr - segment->vaddr < segment->mem_size)
+        if (symbol->kind == IMAGE_SYMBOL_OBJECT && symbol->size > 0 && !symbol->exported &&
+            symbol->vaddr >= segment->vaddr && symbol->vaddr - segment->vaddr < segment->mem_size)
             return true;
     }
     return false;
@@ -104,13 +108,15 @@ void check_debug_information(const struct case_file *file, struct findings *find
     const struct image *image = file->image;
     bool named = false;
     if (file_unreadable(file, findings) || image->format == IMAGE_FORMAT_FLAT ||
-        image->has_debug_lines)
-        return;
+        image->has_debug_lines || image->debug_file != NULL)
+        return; /* a .pdb is debug information, though nobody reads it here (decision H15) */
     for (size_t i = 0; i < image->symbol_count; i++)
         named |= !image->symbols[i].exported;
     if (named)
-        finding_add(findings,
-                    "no line information: findings name functions and offsets, not source lines");
+        finding_add(
+            findings,
+            "no line information in the file: findings name functions and offsets, not source "
+            "lines");
     else
         finding_add(findings, "stripped of symbols and line information: findings name offsets "
                               "from the exports, not functions and lines");

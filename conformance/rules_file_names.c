@@ -38,7 +38,7 @@ static bool counted_part(const char **at, struct part *part)
 /* _Z10Program_01P8PLC_DATA, _ZN7machine10Program_01EP8PLC_DATA: the last part is the name. */
 static bool is_itanium(const char *name, const char *wanted)
 {
-    struct part part;
+    struct part part, last = { name, 0 };
     name += strspn(name, "_");
     if (*name++ != 'Z')
         return false;
@@ -46,10 +46,9 @@ static bool is_itanium(const char *name, const char *wanted)
         name++;
     if (*name != 'N')
         return counted_part(&name, &part) && is_wanted(part, wanted);
-    bool any = false;
     for (name++; counted_part(&name, &part);)
-        any = true;
-    return any && is_wanted(part, wanted);
+        last = part;
+    return is_wanted(last, wanted);
 }
 
 /* ?Program_01@@YAJ..., ?Program_01@machine@@YAJ... */

@@ -4,6 +4,7 @@
 
 #include <errno.h>
 #include <inttypes.h>
+#include <malloc.h>
 #include <pthread.h>
 #include <stdatomic.h>
 #include <stdio.h>
@@ -61,6 +62,9 @@ static void run_all(struct queue *queue)
     pthread_t threads[JOBS_MOST];
     const unsigned jobs = jobs_of(queue->options);
     unsigned made = 1;
+    /* A worker inherits the heap of the thread that made it, and one that is not the main heap
+     * grows in a way that a sealed process is forbidden. */
+    mallopt(M_ARENA_MAX, 1);
     while (made < jobs && made < (unsigned)queue->count &&
            pthread_create(&threads[made], NULL, work, queue) == 0)
         made++;
@@ -150,7 +154,6 @@ int check_run_scenarios(struct check *check, const struct check_options *options
                         char why[CHECK_WHY])
 {
     const double begin = check_seconds();
-    uint64_t checks = 0;
     check->scenarios = calloc(options->scenario_count, sizeof *check->scenarios);
     if (check->scenarios == NULL) {
         snprintf(why, CHECK_WHY, "no memory");
@@ -160,11 +163,7 @@ int check_run_scenarios(struct check *check, const struct check_options *options
         int r = run_scenario(check, options, i, why);
         if (r != 0)
             return r;
-        checks += check->scenarios[i].result.evidence.checked;
     }
-    struct group_report *group = &check->groups[GROUP_MACHINE];
-    group->seconds = check_seconds() - begin;
-    snprintf(group->note, sizeof group->note, "%zu scenario%s, %" PRIu64 " checks",
-             options->scenario_count, options->scenario_count == 1 ? "" : "s", checks);
+    check->groups[GROUP_MACHINE].seconds = check_seconds() - begin;
     return 0;
 }

@@ -370,6 +370,8 @@ const char *image_broken_promise(const struct image *image)
                    : NULL;
     if (image->segment_count == 0)
         return "neither defect nor segments";
+    if (image->debug_file != NULL && strlen(image->debug_file) >= image->size)
+        return "debug file without a name that ends";
     broken = broken_segment(image);
     if (broken == NULL)
         broken = broken_symbol(image);

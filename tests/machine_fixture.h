@@ -5,6 +5,7 @@
 
 #include <setjmp.h>
 #include <stdarg.h>
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -41,6 +42,7 @@ const char *__asan_default_options(void)
 struct fixture {
     struct image *image;
     struct machine *machine;
+    uint64_t *words; /* shared_words() */
 };
 
 /* tests/machine_modules/NAME, built; a name without an ending is that of a shared object */
@@ -71,6 +73,7 @@ static inline void fixture_close(struct fixture *fixture)
 {
     machine_unload(fixture->machine);
     image_close(fixture->image);
+    fixture->words = NULL;
 }
 
 /* Module address of an exported symbol or label. */
@@ -92,10 +95,12 @@ static inline void *place(const struct fixture *fixture, const char *name)
 static inline struct machine_outcome call(const struct fixture *fixture, const char *function,
                                           void *argument)
 {
+    const uint64_t vaddr = at(fixture, function);
+    const bool thumb = image_export(fixture->image, function)->thumb;
     struct machine_outcome outcome;
 
     memset(&outcome, 0xee, sizeof outcome);
-    machine_call(fixture->machine, at(fixture, function), argument, &outcome);
+    machine_call(fixture->machine, vaddr | thumb, argument, &outcome);
     return outcome;
 }
 
@@ -109,6 +114,14 @@ static inline void *map(const struct fixture *fixture, const char *name, size_t 
                     why) != 0)
         fail_msg("machine_map: %s", why);
     return module;
+}
+
+/* A page that the module can reach, the same until the fixture is closed. */
+static inline uint64_t *shared_words(struct fixture *fixture)
+{
+    if (fixture->words == NULL)
+        fixture->words = map(fixture, "words", 4096, MACHINE_REGION_READ_WRITE, NULL);
+    return fixture->words;
 }
 
 static const struct machine_config plain_config = { .seed = 1, .hang_ns = TEST_HANG_NS };

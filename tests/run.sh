@@ -55,9 +55,11 @@ step "SDK: what it refuses and how it says so" sh tests/sdk.sh
 step "SDK: support library in real modules" sh tests/sdk_support.sh
 step "SDK: mathematics against a high-precision reference" build/test/math_accuracy 100000
 step "Pascal: template, layouts, what is refused" sh tests/pascal.sh
+step "modules for the 64-bit PC, against elf64" sh tests/windows.sh
 step "tgm new: projects that pass untouched" sh tests/new.sh
 step "what is inside a module: tgm inspect" sh tests/inspect.sh
 step "the program from the outside" sh tests/cli.sh
+step "reports in every form, against their schemas" sh tests/reports.sh
 step "clocks, interrupts, reloads, shared memory" sh tests/clock.sh
 step "the oscilloscope, and recordings as pictures" sh tests/plot.sh
 step "other people's masters on the simulated bus; captures" sh tests/strangers.sh

@@ -80,7 +80,7 @@ static void an_instruction_has_one_row_for_each_register_and_direction(void **st
     touch("SERVO[1].WritePosition", PC, false, 0);
     touch("SERVO[1].Offset", PC, true, 0);
     touch("SERVO[1].WritePosition", PC + 4, true, 0);
-    audit_end(&audit, 0, 0);
+    audit_end(&audit, true, 0, 0);
     assert_false(record.traced); /* nothing was counted */
     assert_int_equal(record.access_count, 4);
     assert_int_equal(record.accesses[0].count, 2);
@@ -98,10 +98,10 @@ static void functions_do_not_share_rows(void **state)
     (void)state;
     audit_begin(&audit, ENTRY_INI, EVIDENCE_NO_CYCLE, false);
     touch("DATA.U32[16]", PC, true, 1);
-    audit_end(&audit, 0, 0);
+    audit_end(&audit, true, 0, 0);
     audit_begin(&audit, ENTRY_05, 3, false);
     touch("DATA.U32[16]", PC, true, 1);
-    audit_end(&audit, 0, 0);
+    audit_end(&audit, true, 0, 0);
     assert_int_equal(record.access_count, 2);
     assert_int_equal(record.accesses[1].first_cycle, 3);
     assert_true(record.accesses[1].before_op);
@@ -116,7 +116,7 @@ static void a_memory_without_registers_is_one_register(void **state)
         snprintf(name, sizeof name, "DATA.U32[%u]", 4 * i);
         touch(name, PC, true, i);
     }
-    audit_end(&audit, 0, 0);
+    audit_end(&audit, true, 0, 0);
     assert_int_equal(record.access_count, 1);
     assert_int_equal(record.accesses[0].count, 3 * AUDIT_ACCESSES);
     assert_string_equal(name_of(&record.accesses[0]), "byte 0 of TGM_Data");
@@ -128,7 +128,7 @@ static void what_finds_no_row_is_counted(void **state)
     audit_begin(&audit, ENTRY_04, 0, true);
     for (unsigned i = 0; i < AUDIT_ACCESSES + 5; i++)
         touch("DATA.U32[0]", PC + i, true, 0);
-    audit_end(&audit, 0, 0);
+    audit_end(&audit, true, 0, 0);
     assert_int_equal(record.access_count, AUDIT_ACCESSES);
     assert_int_equal(record.access_dropped, 5);
 }
@@ -157,7 +157,7 @@ static void registers_have_the_access_of_the_layout(void **state)
     audit_begin(&audit, ENTRY_04, 0, true);
     for (unsigned i = 0; i < sizeof wanted / sizeof *wanted; i++)
         touch(wanted[i].name, PC + i, false, 0);
-    audit_end(&audit, 0, 0);
+    audit_end(&audit, true, 0, 0);
     for (unsigned i = 0; i < sizeof wanted / sizeof *wanted; i++)
         if (record.accesses[i].classes != wanted[i].classes)
             fail_msg("%s is 0x%x", wanted[i].name, record.accesses[i].classes);
@@ -168,7 +168,7 @@ static void names_have_every_index(void **state)
     (void)state;
     audit_begin(&audit, ENTRY_04, 0, true);
     touch("TIMERS.Timer_Up[5]", PC, false, 0);
-    audit_end(&audit, 0, 0);
+    audit_end(&audit, true, 0, 0);
     assert_string_equal(name_of(&record.accesses[0]), "SYSTEM.Timers.Timer_Up[5]");
 }
 
@@ -182,14 +182,14 @@ static void an_input_after_an_output_is_told_once_a_call(void **state)
     touch("DIO[0].Out0", PC + 1, true, 0);
     touch("DIO[0].Out0", PC + 2, false, 0); /* reading an output back is no input */
     touch("SERVO[0].Resolution", PC + 3, false, 0);
-    audit_end(&audit, 0, 0);
+    audit_end(&audit, true, 0, 0);
     assert_int_equal(order->count, 0);
     for (unsigned cycle = 2; cycle < 4; cycle++) {
         audit_begin(&audit, ENTRY_04, cycle, true);
         touch("DIO[0].Out0", PC + 1, true, 0);
         touch("SERVO[1].Position", PC + 5, false, 0);
         touch("SERVO[1].Speed", PC + 6, false, 0);
-        audit_end(&audit, 0, 0);
+        audit_end(&audit, true, 0, 0);
     }
     assert_int_equal(order->count, 2);
     assert_int_equal(order->cycle, 2);
@@ -208,15 +208,15 @@ static void the_order_of_a_call_is_its_own(void **state)
     touch("DIO[0].Out0", PC, true, 0);
     audit_begin(&audit, ENTRY_04, 1, true); /* interrupts it */
     touch("DIO[0].In0", PC + 1, false, 0);
-    audit_end(&audit, 0, 0);
+    audit_end(&audit, true, 0, 0);
     assert_int_equal(record.functions[ENTRY_04].order.count, 0);
     touch("DIO[0].In0", PC + 2, false, 0);
-    audit_end(&audit, 0, 0);
+    audit_end(&audit, true, 0, 0);
     assert_int_equal(record.functions[ENTRY_01].order.count, 1);
     audit_begin(&audit, ENTRY_INI, EVIDENCE_NO_CYCLE, true);
     touch("DIO[0].Out0", PC, true, 0);
     touch("DIO[0].In0", PC + 2, false, 0);
-    audit_end(&audit, 0, 0);
+    audit_end(&audit, true, 0, 0);
     assert_int_equal(record.functions[ENTRY_INI].order.count, 0); /* no inputs before the cycles */
 }
 
@@ -231,7 +231,7 @@ static void no_number_is_counted_only_where_it_acts(void **state)
     touch("SERVO[0].WritePosition", PC + 1, false, nan); /* read */
     touch("DATA.F64[0]", PC + 2, true, nan);
     touch("SERVO[0].Mode", PC + 3, true, 0x7FF00000);
-    audit_end(&audit, 0, 0);
+    audit_end(&audit, true, 0, 0);
     assert_int_equal(record.accesses[0].odd_count, 2);
     assert_int_equal(record.accesses[0].odd_cycle, 11);
     assert_int_equal(record.accesses[0].odd_offset, 2 * 2048 + 464);
@@ -251,7 +251,7 @@ static void a_double_in_two_halves_is_judged_by_its_high_one(void **state)
     half.offset += 4;
     audit_access(&audit, &half);
     assert_int_equal(record.accesses[0].odd_count, 1);
-    audit_end(&audit, 0, 0);
+    audit_end(&audit, true, 0, 0);
 }
 
 static void the_worst_call_is_kept_with_its_cycle(void **state)
@@ -260,8 +260,10 @@ static void the_worst_call_is_kept_with_its_cycle(void **state)
     (void)state;
     for (unsigned cycle = 0; cycle < 4; cycle++) {
         audit_begin(&audit, ENTRY_05, cycle, true);
-        audit_end(&audit, taken[cycle], 100 - cycle);
+        audit_end(&audit, true, taken[cycle], 100 - cycle);
     }
+    audit_begin(&audit, ENTRY_05, 4, true);
+    audit_end(&audit, false, 1000, 1000); /* a hang */
     const struct audit_function *function = &record.functions[ENTRY_05];
     assert_true(record.traced);
     assert_int_equal(function->calls, 4);
@@ -286,7 +288,7 @@ static void accesses_outside_calls_and_memories_are_not_kept(void **state)
     assert_int_equal(record.functions[ENTRY_04].looked, 1);
     audit_access(&audit, &beyond); /* the byte before a memory: it faults, and that is told */
     audit_access(&audit, &code);
-    audit_end(&audit, 0, 0);
+    audit_end(&audit, true, 0, 0);
     assert_int_equal(record.access_count, 2);
     assert_int_equal(record.accesses[0].classes, 0);
     assert_int_equal(record.accesses[1].memory, AUDIT_CODE);

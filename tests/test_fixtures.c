@@ -19,6 +19,20 @@
 /* Enough for every fixture's deed (in cycle 20 at the latest), short enough to run them all. */
 #define CYCLES 60
 
+/* A fixture is judged by the profile of its format; pc4 says of everything else that it loads none.
+ */
+static const struct profile *profile_of(const char *path)
+{
+    const struct profile *profile = NULL;
+    struct image *image;
+    char why[IMAGE_WHY];
+    if (image_open(&image, path, why) != 0)
+        fail_msg("%s", why);
+    profile = profile_of_image(image);
+    image_close(image);
+    return profile != NULL ? profile : profile_find("pc4");
+}
+
 static struct check *checked(const char *path, const struct check_scenario *scenario)
 {
     struct check *check;
@@ -26,7 +40,7 @@ static struct check *checked(const char *path, const struct check_scenario *scen
     const struct check_options options = {
         .path = path,
         .tool = "test",
-        .profile = profile_find("pc4"),
+        .profile = profile_of(path),
         .seed = 1,
         .cycles = CYCLES,
         .scenarios = scenario,
@@ -50,7 +64,7 @@ static struct check_scenario scenario_of(const char *id, char path[512])
         if (scenario_read(&scenario, text, size, path, catalogue_find(4, 0), why) != 0)
             fail_msg("%s", why);
     }
-    return (struct check_scenario){ scenario, path };
+    return (struct check_scenario){ .scenario = scenario, .path = path };
 }
 
 static void print_findings(const struct report *report)
@@ -69,8 +83,10 @@ static void judge_bad(const char *path, const char *id, const struct check_scena
 {
     struct check *check = checked(path, scenario);
     const struct report *report = check_report(check);
-    /* What only should be so does not fail a module. */
-    bool right = (report->verdict == VERDICT_FAIL) == (rule_find(id)->severity == SEVERITY_MUST);
+    const bool fails = rule_find(id)->severity == SEVERITY_MUST;
+    /* Rules that only warn leave a verdict of PASS, or INCOMPLETE where the module cannot be run.
+     */
+    bool right = (report->verdict == VERDICT_FAIL) == fails;
     for (size_t i = 0; i < report->rule_count; i++)
         right = right &&
                 (report->rules[i].outcome == RULE_FAILED) == (strcmp(report->rules[i].id, id) == 0);
@@ -92,6 +108,12 @@ static void judge_good(const char *path, const struct check_scenario *scenario)
     check_free(check);
 }
 
+static bool ends_with(const char *text, const char *end)
+{
+    const size_t length = strlen(text), size = strlen(end);
+    return length >= size && strcmp(text + length - size, end) == 0;
+}
+
 static void a_bad_fixture_trips_exactly_its_rule_and_the_good_one_none(void **state)
 {
     const struct rule *rule = *state;
@@ -103,8 +125,7 @@ static void a_bad_fixture_trips_exactly_its_rule_and_the_good_one_none(void **st
     if (dir == NULL)
         fail_msg("rule %s has no fixtures", rule->id);
     for (struct dirent *entry; (entry = readdir(dir)) != NULL;) {
-        const char *end = strrchr(entry->d_name, '.');
-        if (end == NULL || strcmp(end, ".tgm") != 0)
+        if (!ends_with(entry->d_name, ".tgm") && !ends_with(entry->d_name, ".tgm.bin"))
             continue;
         snprintf(path, sizeof path, "%s/%s", folder, entry->d_name);
         if (strncmp(entry->d_name, "bad", 3) == 0) {
@@ -118,7 +139,7 @@ static void a_bad_fixture_trips_exactly_its_rule_and_the_good_one_none(void **st
     closedir(dir);
     scenario_close((struct scenario *)(uintptr_t)scenario.scenario);
     assert_true(bad >= 1);
-    assert_int_equal(good, 1);
+    assert_true(good >= 1);
 }
 
 int main(void)

@@ -444,6 +444,32 @@ static void lists_of_constructors_are_found(void **state)
     }
 }
 
+/* The record that lld-link /DEBUG writes, made to order. */
+static void the_pdb_file_is_named_and_not_looked_for(void **state)
+{
+    static struct tiny_pe t;
+    static const char record[] = "RSDS0123456789abcdef\1\0\0\0module.pdb";
+    (void)state;
+    for (int lie = 0; lie < 5; lie++) {
+        tiny_pe_init(&t, true);
+        pe_put_directory(&t, 6, PE_VADDR(PE_CONFIG_AT), 28);
+        pe_put_directory(&t, 10, 0, 0);
+        pe_put(&t, PE_CONFIG_AT + 12, 4, lie == 1 ? 4 : 2);
+        pe_put(&t, PE_CONFIG_AT + 16, 4, lie == 2 ? sizeof record - 1 : sizeof record);
+        pe_put(&t, PE_CONFIG_AT + 24, 4, lie == 3 ? UINT32_MAX : PE_CONFIG_AT + 64);
+        memcpy(t.bytes + PE_CONFIG_AT + 64, record, sizeof record);
+        if (lie == 4)
+            memcpy(t.bytes + PE_CONFIG_AT + 64, "NB10", 4);
+        struct image *image = open_bytes(t.bytes, TINY_PE_SIZE);
+        assert_string_equal(image->defect, "");
+        if (lie == 0)
+            assert_string_equal(image->debug_file, "module.pdb");
+        else
+            assert_null(image->debug_file);
+        image_close(image);
+    }
+}
+
 static void lines_of_mingw_modules_are_found(void **state)
 {
     (void)state;
@@ -483,6 +509,7 @@ int main(void)
         cmocka_unit_test(table_is_relocated),
         cmocka_unit_test(full_module_shows_what_it_wants),
         cmocka_unit_test(lists_of_constructors_are_found),
+        cmocka_unit_test(the_pdb_file_is_named_and_not_looked_for),
         cmocka_unit_test(lines_of_mingw_modules_are_found),
     };
     return cmocka_run_group_tests_name("image_pe", tests, NULL, NULL);

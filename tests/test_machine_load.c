@@ -49,7 +49,7 @@ static void raw_reloc(struct raw *raw, uint64_t vaddr, int64_t addend, enum imag
 
 static struct machine *raw_load(struct raw *raw, uint64_t seed, bool poison)
 {
-    struct machine_config config = { .seed = seed, .poison = poison };
+    struct machine_config config = { .kind = fixture_kind, .seed = seed, .poison = poison };
     char why[MACHINE_WHY];
 
     if (machine_load(&the_fixture.machine, &raw->image, &config, why) != 0)
@@ -234,7 +234,7 @@ static void what_cannot_run_is_refused_with_a_reason(void **state)
     (void)state;
     for (size_t i = 0; i < COUNT(refused); i++) {
         struct machine *machine = (void *)1;
-        struct machine_config config = { .seed = 1 };
+        struct machine_config config = { .kind = fixture_kind, .seed = 1 };
         char why[MACHINE_WHY] = "";
         struct raw raw;
 
@@ -268,7 +268,8 @@ static void look_around(uint64_t seed, struct surroundings *seen)
     seen->region = map(&the_fixture, "one", 100, MACHINE_REGION_READ_WRITE, NULL);
     seen->read_only = map(&the_fixture, "two", 5000, MACHINE_REGION_READ, NULL);
     memcpy(seen->words, machine_address(machine, 0x2000), sizeof seen->words);
-    assert_int_equal(raw_call(0, &seen->stack).kind, MACHINE_RETURNED);
+    assert_int_equal(raw_call(0, seen->region).kind, MACHINE_RETURNED);
+    memcpy(&seen->stack, seen->region, sizeof seen->stack);
     unload(NULL);
 }
 
@@ -315,7 +316,9 @@ static void occupied_place_is_not_taken(void **state)
 /* The rest with a module from a real linker. */
 static void open_data(bool poison)
 {
-    struct machine_config config = { .seed = 3, .poison = poison, .hang_ns = TEST_HANG_NS };
+    struct machine_config config = {
+        .kind = fixture_kind, .seed = 3, .poison = poison, .hang_ns = TEST_HANG_NS
+    };
 
     fixture_open(&the_fixture, "data", &config);
 }
@@ -396,5 +399,8 @@ int main(void)
         LOADED(data_read_only_after_relocation_is),
     };
 
-    return cmocka_run_group_tests_name("machine_load", tests, NULL, NULL);
+    int failed = cmocka_run_group_tests_name("loading, native", tests, NULL, NULL);
+
+    fixture_kind = MACHINE_INSTRUMENTED;
+    return failed + cmocka_run_group_tests_name("loading, instrumented", tests, NULL, NULL);
 }

@@ -55,7 +55,9 @@ static int evidence = -1;            /* in the worker */
 
 static int run_sealed(void *argument, void *shared, int pipe_fd)
 {
-    static const struct machine_config config = { .seed = 21, .hang_ns = TEST_HANG_NS };
+    const struct machine_config config = { .kind = fixture_kind,
+                                           .seed = 21,
+                                           .hang_ns = TEST_HANG_NS };
     const struct sealed_run *run = argument;
     struct machine *machine;
 
@@ -94,7 +96,10 @@ static struct worker_result in_worker(const struct sealed_call *calls, size_t co
 {
     struct image *image = fixture_image("hostile");
     struct sealed_run run = { image, calls, count, getpid(), afterwards };
-    struct worker_limits limits = { .wall_ns = 20000000000u };
+    struct worker_limits limits = {
+        .wall_ns = 20000000000u,
+        .memory_bytes = fixture_kind == MACHINE_NATIVE ? 0 : MACHINE_INSTRUMENTED_MEMORY,
+    };
     struct worker_result result = { .end = WORKER_FAILED };
 
     if (report != NULL)
@@ -605,7 +610,8 @@ static void hang_is_found_when_sealed(void **state)
         { .function = "end_normally" },
         { .function = "hang" },
         { .function = "end_normally" },
-        { .function = "call_library", .words = LIBRARY(sigprocmask, SIG_BLOCK, &every_signal, 0) },
+        { .function = fixture_kind == MACHINE_NATIVE ? "call_library" : "end_normally",
+          .words = LIBRARY(sigprocmask, SIG_BLOCK, &every_signal, 0) },
         { .function = "hang" },
         { .function = "end_normally" },
     };
@@ -622,21 +628,26 @@ static void hang_is_found_when_sealed(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {
+    const struct CMUnitTest both[] = {
         cmocka_unit_test(module_asks_the_kernel_in_vain),
         cmocka_unit_test(old_ways_into_the_kernel_are_closed),
+        cmocka_unit_test(host_can_go_on_when_sealed),
+        cmocka_unit_test(harness_defects_end_the_worker_by_their_own_signal),
+        cmocka_unit_test(hang_is_found_when_sealed),
+    };
+    const struct CMUnitTest native[] = {
         cmocka_unit_test(library_code_helps_the_module_no_further),
         cmocka_unit_test(every_call_that_reaches_out_is_refused_and_named),
         cmocka_unit_test(memory_is_to_be_had_for_the_process_alone),
         cmocka_unit_test(module_that_keeps_every_signal_out_ends_with_its_time),
         cmocka_unit_test(module_that_unmaps_the_hosts_memory_kills_only_its_worker),
         cmocka_unit_test(clocks_that_need_no_system_call_are_not_seen),
-        cmocka_unit_test(host_can_go_on_when_sealed),
-        cmocka_unit_test(harness_defects_end_the_worker_by_their_own_signal),
         cmocka_unit_test(module_that_ends_the_process_is_not_done),
         cmocka_unit_test(module_that_destroys_the_host_kills_only_its_worker),
-        cmocka_unit_test(hang_is_found_when_sealed),
     };
+    int failed = cmocka_run_group_tests_name("sealed, native", both, NULL, NULL) +
+                 cmocka_run_group_tests_name("sealed, with the host in reach", native, NULL, NULL);
 
-    return cmocka_run_group_tests_name("machine_seal", tests, NULL, NULL);
+    fixture_kind = MACHINE_INSTRUMENTED;
+    return failed + cmocka_run_group_tests_name("sealed, instrumented", both, NULL, NULL);
 }

@@ -19,9 +19,15 @@ __attribute__((naked)) static void quiet_service(void)
     __asm__("xorl %eax, %eax\n\tret");
 }
 
+static int64_t quiet_answer(void *context, struct arguments *arguments)
+{
+    (void)context, (void)arguments;
+    return 0;
+}
+
 static size_t measured(const char *name)
 {
-    const struct machine_config config = { .seed = 1 };
+    const struct machine_config config = { .kind = fixture_kind, .seed = 1 };
     struct fixture fixture;
     struct machine_outcome outcome;
     char why[MACHINE_WHY];
@@ -30,10 +36,16 @@ static size_t measured(const char *name)
     if (machine_map(fixture.machine, "data", sizeof(struct service_data), MACHINE_REGION_READ,
                     &host, &module, why) != 0)
         fail_msg("%s", why);
-    *(struct service_data *)host = (struct service_data){ NULL, quiet_service };
+    void *service = (void *)(uintptr_t)quiet_service;
+    if (fixture_kind == MACHINE_INSTRUMENTED &&
+        machine_service(fixture.machine, "quiet", quiet_answer, NULL, &service, why) != 0)
+        fail_msg("%s", why);
+    *(struct service_data *)host =
+        (struct service_data){ NULL, (void (*)(void))(uintptr_t)service };
     machine_call(fixture.machine, at(&fixture, name), module, &outcome);
     assert_int_equal(outcome.kind, MACHINE_RETURNED);
     const size_t used = machine_stack_used(fixture.machine);
+    assert_int_equal(outcome.stack_bytes, fixture_kind == MACHINE_INSTRUMENTED ? used : 0);
     fixture_close(&fixture);
     return used;
 }
@@ -155,5 +167,11 @@ int main(void)
         cmocka_unit_test(the_template_takes_no_more_than_its_code_says),
         cmocka_unit_test(the_template_that_refuses_to_start_comes_near_its_bound),
     };
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    const struct CMUnitTest emulated[] = {
+        cmocka_unit_test(a_call_takes_what_its_code_says),
+        cmocka_unit_test(a_call_takes_no_more_than_its_code_says),
+    };
+    const int failed = cmocka_run_group_tests_name("stack, native", tests, NULL, NULL);
+    fixture_kind = MACHINE_INSTRUMENTED;
+    return failed + cmocka_run_group_tests_name("stack, instrumented", emulated, NULL, NULL);
 }

@@ -2,42 +2,55 @@
 # Test programs and the modules they need; included by the Makefile.
 
 FIXTURE_DIR := $(BUILD)/fixtures
-FIXTURES := $(patsubst conformance/fixtures/%.c,$(FIXTURE_DIR)/%.tgm,$(wildcard conformance/fixtures/*/*.c))
+FIXTURE_SOURCES := $(foreach suffix,c cpp S,$(wildcard conformance/fixtures/*/*.$(suffix)))
+FIXTURE_NAMES := $(patsubst conformance/fixtures/%,$(FIXTURE_DIR)/%,$(basename $(FIXTURE_SOURCES)))
+FIXTURES := $(foreach name,$(FIXTURE_NAMES),$(name).tgm$(if $(findstring flat,$(notdir $(name))),.bin))
 
 MODULE_CFLAGS := -std=c11 -O2 -g -ffreestanding -fPIC -fvisibility=hidden -fshort-wchar -fno-stack-protector \
     -fno-asynchronous-unwind-tables -Wall -Wextra -Werror -Isdk/include -ffile-prefix-map=$(CURDIR)/=
 FIXTURE_LDFLAGS := -nostdlib -shared -Wl,-Bsymbolic -Wl,-e,0 -Wl,--hash-style=gnu -Wl,-z,noexecstack \
     -Wl,--build-id=none
 
-# A fixture may say "flags: ..." in its second line: added to compiler and linker; -r: linked no further.
-$(FIXTURE_DIR)/%.tgm: conformance/fixtures/%.c conformance/fixtures/base.h conformance/fixtures/axis.h sdk/include/tgm_plc.h \
-    sdk/include/tgm/layout_gen4.h sdk/src/mem.c | $(BUILD)/.deps
-	@mkdir -p $(@D)
-	@echo "  MODULE $<"
-	$(Q)flags=$$(sed -n '2s/.*flags: \(.*\) \*\/$$/\1/p' $<); link="$(FIXTURE_LDFLAGS)"; \
-	    [ "$$flags" != -r ] || link=-nostdlib; \
-	    gcc $(MODULE_CFLAGS) -fno-builtin -o $@ $< sdk/src/mem.c $$link $$flags -Wl,-w
+# tests/fixture.sh says what a fixture's first lines may ask for.
+FIXTURE_MADE_WITH := tests/fixture.sh conformance/fixtures/base.h conformance/fixtures/hidden.h \
+    conformance/fixtures/axis.h sdk/include/tgm_plc.h \
+    sdk/include/tgm/layout_gen4.h sdk/src/mem.c
+define fixture_rule
+$(FIXTURE_DIR)/%$(2): conformance/fixtures/%.$(1) $(FIXTURE_MADE_WITH) | $(BUILD)/.deps-test
+	@mkdir -p $$(@D)
+	@echo "  MODULE $$<"
+	$$(Q)V=$$(V) FIXTURE_CFLAGS="$$(filter-out -std=%,$$(MODULE_CFLAGS))" tests/fixture.sh $$< $$@
+endef
+$(foreach suffix,c cpp S,$(foreach ending,.tgm .tgm.bin,$(eval $(call fixture_rule,$(suffix),$(ending)))))
 
 # Each test program: its own source and what of the rooms it needs (all of them: they are small).
 UNIT_TESTS := test_osc test_text16 test_catalogue test_fixtures \
     test_scenario \
+    test_certificate \
+    test_chronicle \
+    test_report \
     test_audit \
     test_budgets \
     test_profile \
     test_curves \
     test_schedule \
     test_interp_path \
+    test_evidence \
+    test_rules_file \
     test_config
 SDK_TESTS := test_sdk_mem test_sdk_text test_sdk_motion test_sdk_start test_sdk_start5 test_sdk_start8
 IMAGE_TESTS := test_image test_image_real test_image_bad test_image_damage test_image_memory \
     test_image_pe test_image_pe_bad test_image_arm test_image_flat \
     test_bad_files \
-    test_stack
+    test_stack \
+    test_census
 MACHINE_TESTS := test_machine test_machine_call test_machine_load test_machine_seal test_worker \
     test_machine_stack \
     test_machine_preempt \
     test_machine_rehearse \
     test_machine_windows \
+    test_instrumented \
+    test_instrumented_targets \
     test_arguments
 BUS_TESTS := test_segment test_slave test_coe test_drive test_bus test_client \
     test_drive2 \
@@ -57,6 +70,9 @@ BUS_TESTS += test_esi
 BUS_TESTS += test_busfile
 
 $(addprefix $(BUILD)/obj/tests/,$(BUS_TESTS:=.o) bench_bus.o soak_segment.o): ALL_CFLAGS += -Itests $(BUS_CFLAGS)
+
+# Reports that tests/reports.sh holds against their schemas.
+$(BUILD)/obj/tests/test_report.o: ALL_CFLAGS += -Itests $(XML) -DTEST_REPORTS_DIR='"$(BUILD)/reports"'
 
 # Captures that tests/captures.sh lets tshark dissect.
 $(BUILD)/obj/tests/test_pcap.o: ALL_CFLAGS += -DTEST_CAPTURES_DIR='"$(BUILD)/captures"'
@@ -101,6 +117,31 @@ $(MACHINE_MODULE_DIR)/%.so: tests/machine_modules/%.c | $(BUILD)/.deps
 	$(Q)gcc -std=gnu11 -O1 -g -ffreestanding -fPIC -fno-stack-protector -fno-asynchronous-unwind-tables -shared \
 	    -nostdlib -Wl,-Bsymbolic -Wl,-z,relro -Wl,-z,noexecstack -o $@ $<
 
+# Code that can be written.
+MACHINE_MODULES += $(addprefix $(MACHINE_MODULE_DIR)/,traced.so traced_open.so)
+$(MACHINE_MODULE_DIR)/traced_open.so: tests/machine_modules/traced.S | $(BUILD)/.deps
+	@mkdir -p $(@D)
+	@echo "  MODULE $@"
+	$(Q)gcc -shared -nostdlib -Wl,-Bsymbolic -Wl,-z,noexecstack -Wl,--omagic -Wl,-z,max-page-size=4096 -o $@ $<
+
+# Modules for other processors.
+MACHINE_MODULES += $(addprefix $(MACHINE_MODULE_DIR)/,i386.dll arm.so flat.bin)
+$(MACHINE_MODULE_DIR)/i386.dll: tests/machine_modules/i386.S | $(BUILD)/.deps-test
+	@mkdir -p $(@D)
+	@echo "  MODULE $@"
+	$(Q)i686-w64-mingw32-gcc -shared -nostdlib -Wl,-e,0 -Wl,--no-insert-timestamp -o $@ $<
+
+$(MACHINE_MODULE_DIR)/arm.so: tests/machine_modules/arm.S | $(BUILD)/.deps-test
+	@mkdir -p $(@D)
+	@echo "  MODULE $@"
+	$(Q)arm-linux-gnueabihf-gcc -shared -nostdlib -Wl,-Bsymbolic -Wl,-z,noexecstack -o $@ $<
+
+$(MACHINE_MODULE_DIR)/flat.bin: tests/machine_modules/arm.S | $(BUILD)/.deps-test
+	@mkdir -p $(@D)
+	@echo "  MODULE $@"
+	$(Q)arm-none-eabi-gcc -DFLAT -nostdlib -Wl,-Ttext=0x07800000 -Wl,-e,0 -o $@.elf $<
+	$(Q)arm-none-eabi-objcopy -O binary $@.elf $@
+
 # PE modules, of mingw and of the shape that Microsoft's tools make.
 MACHINE_MODULES += $(addprefix $(MACHINE_MODULE_DIR)/,windows.dll windows_fixed.dll windows_frames.dll)
 MACHINE_MINGW := x86_64-w64-mingw32-gcc -shared -nostdlib -Wl,-e,0 -Wl,--no-insert-timestamp
@@ -144,6 +185,7 @@ HOST_TESTS += test_digest
 HOST_TESTS += test_watch
 HOST_TESTS += test_can
 HOST_TESTS += test_eeprom
+HOST_TESTS += test_targets
 host_module_4 := -DTGM_GENERATION=4
 host_module_905 := -DTGM_GENERATION=5 -DTGM_MEMORY_ID=905
 host_module_906 := -DTGM_GENERATION=5 -DTGM_MEMORY_ID=906
@@ -156,6 +198,30 @@ $(HOST_MODULE_DIR)/%_$(1).tgm: tests/host_modules/%.c $(wildcard sdk/include/*.h
 	$$(Q)gcc $$(MODULE_CFLAGS) $$(host_module_$(1)) -fno-builtin -o $$@ $$< sdk/src/mem.c $$(FIXTURE_LDFLAGS) -Wl,-w
 endef
 $(foreach layout,4 905 906 906_text8,$(eval $(call host_module_rule,$(layout))))
+
+# The same for the targets that are not this machine's own.
+TARGET_MODULE_DIR := $(BUILD)/target_modules
+host_module_names := $(basename $(notdir $(wildcard tests/host_modules/*.c)))
+TARGET_MODULES := $(TARGET_MODULE_DIR)/pe32/tells_4_x87.tgm \
+    $(foreach target,pe64 pe32,$(foreach layout,4 905 906,$(patsubst %,$(TARGET_MODULE_DIR)/$(target)/%_$(layout).tgm,$(filter-out five,$(host_module_names))))) \
+    $(patsubst %,$(TARGET_MODULE_DIR)/tgmmini/%_906_text8.tgm,$(filter-out five,$(host_module_names))) \
+    $(patsubst %,$(TARGET_MODULE_DIR)/tgmcontroller/%_906_text8.tgm.bin,$(host_module_names))
+
+define target_module_rule
+$(TARGET_MODULE_DIR)/$(1)/%_$(2).tgm$(3): tests/host_modules/%.c tests/module_target.mk sdk/mk/target-$(1).mk \
+    $(wildcard sdk/include/*.h sdk/include/tgm/*.h) sdk/src/mem.c | $(BUILD)/.deps-test
+	@mkdir -p $$(@D)
+	@echo "  MODULE $$< ($(1) $(2))"
+	$$(Q)$$(MAKE) -s --no-print-directory -f tests/module_target.mk TARGET=$(1) SOURCE=$$< OUT=$$@ FLAGS='$$(host_module_$(2))'
+endef
+host_module_4_x87 := $(host_module_4) -mfpmath=387 -fexcess-precision=fast
+$(eval $(call target_module_rule,pe32,4_x87))
+$(foreach layout,4 905 906,$(foreach target,pe64 pe32,$(eval $(call target_module_rule,$(target),$(layout)))))
+$(eval $(call target_module_rule,tgmmini,906_text8))
+$(eval $(call target_module_rule,tgmcontroller,906_text8,.bin))
+
+$(BUILD)/obj/tests/test_targets.o: ALL_CFLAGS += -DTEST_TARGETS_DIR='"$(TARGET_MODULE_DIR)"'
+$(BUILD)/test/test_targets: | $(TARGET_MODULES)
 
 $(addprefix $(BUILD)/obj/tests/,$(HOST_TESTS:=.o)): ALL_CFLAGS += -DTEST_HOST_MODULES_DIR='"$(HOST_MODULE_DIR)"'
 $(addprefix $(BUILD)/test/,$(HOST_TESTS)): | $(HOST_MODULES)
@@ -180,12 +246,18 @@ $(BUILD)/test/%: $(BUILD)/obj/tests/%.o $(ROOM_OBJ)
 	@echo "  LINK   $@"
 	$(Q)$(CC) $(OPT) $(CFLAGS) -o $@ $^ $(LDFLAGS) $(LIBS) -lcmocka
 
-$(BUILD)/obj/tests/test_fixtures.o: ALL_CFLAGS += -DFIXTURE_DIR='"$(FIXTURE_DIR)"'
+$(BUILD)/obj/tests/test_fixtures.o $(BUILD)/obj/tests/test_evidence.o: ALL_CFLAGS += -DFIXTURE_DIR='"$(FIXTURE_DIR)"'
+$(BUILD)/obj/tests/test_evidence.o: ALL_CFLAGS += -DTEST_EVIDENCE_DIR='"$(BUILD)/test-evidence"'
+$(BUILD)/test/test_evidence: | $(FIXTURES)
+$(BUILD)/test/test_rules_file: | $(FIXTURES) $(IMAGE_MODULES)
+$(BUILD)/obj/tests/test_rules_file.o: ALL_CFLAGS += -DTEST_MODULES_DIR='"$(BUILD)/modules"'
+$(BUILD)/obj/tests/test_rules_file.o $(BUILD)/obj/tests/test_fixtures.o: ALL_CFLAGS += -DFIXTURE_DIR='"$(FIXTURE_DIR)"'
 
 .PHONY: test-programs fixtures
 fixtures: $(FIXTURES) ## build the rules' fixture modules
 test-programs: $(addprefix $(BUILD)/test/,$(UNIT_TESTS) $(SDK_TESTS) $(IMAGE_TESTS) $(MACHINE_TESTS) $(BUS_TESTS) $(HOST_TESTS)) $(FIXTURES)
 
+-include $(wildcard $(FIXTURE_DIR)/*/*.d)
 -include $(wildcard $(BUILD)/obj/tests/*.d $(BUILD)/obj/sdk-host/*.d)
 
 # SOEM's own sources with its own port for Linux, as its users build them, under a walker of ours.

@@ -1,11 +1,11 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-2.0-or-later
 #
-# fetch.sh [soem|musl] - foreign source as soem.lock or musl.lock pins it, unpacked to third_party/soem/
-# (the default) or third_party/musl/.
+# fetch.sh [soem|musl|sarif] - foreign files as soem.lock, musl.lock or sarif.lock pins them, unpacked to
+# third_party/soem/ (the default), third_party/musl/ or third_party/sarif/.
 #
 # Does nothing when the tree is there and belongs to the lock. Otherwise takes the archive from
-# third_party/download/ when it is there, else by name from the Python package index (SOEM) or from
+# third_party/download/ when it is there, else by name from the Python package index (SOEM, SARIF) or from
 # Debian's package pool (musl); checks its hash before anything of it is unpacked or run; stops with a
 # message when the hash differs.
 set -eu
@@ -13,9 +13,9 @@ cd "$(dirname "$0")"
 
 what=${1:-soem}
 case $what in
-soem | musl) ;;
+soem | musl | sarif) ;;
 *)
-    echo "third_party: '$what' is not known here; fetch.sh [soem|musl]" >&2
+    echo "third_party: '$what' is not known here; fetch.sh [soem|musl|sarif]" >&2
     exit 2
     ;;
 esac
@@ -38,7 +38,7 @@ mismatch() { # what was found
 
 # fetch_NAME: brings the archive to $archive or says in download/log why not.
 
-fetch_soem() {
+fetch_python() {
     python=${PYTHON:-/usr/bin/python3}
     [ -x "$python" ] || python=python3
     printf '%s==%s --hash=sha256:%s\n' "$name" "$version" "$hash" >download/requirements.txt
@@ -47,6 +47,14 @@ fetch_soem() {
     got=$(sed -n 's/^ *Got *\([0-9a-f]\{64\}\).*/\1/p' download/log | head -n 1)
     [ -z "$got" ] || mismatch "$got"
     return 1
+}
+
+fetch_soem() {
+    fetch_python
+}
+
+fetch_sarif() {
+    fetch_python
 }
 
 # A source archive lies in Debian's pool beside the packages that are built from it: apt knows the place.
@@ -84,6 +92,13 @@ musl)
     title="mathematical functions"
     label=musl
     parts="$name-$version/COPYRIGHT $name-$version/src/math $name-$version/src/internal"
+    strip=1
+    ;;
+sarif)
+    archive=download/$name-$version.tar.gz
+    title="the schema of SARIF"
+    label="the schema of SARIF"
+    parts="$name-$version/sarif-2.1.0-rtm.4.json $name-$version/LICENSE"
     strip=1
     ;;
 esac

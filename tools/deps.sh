@@ -41,6 +41,7 @@ test  gdb            make debug
 test  gnuplot-nox    pictures of recordings (tgm run --plot)
 test  tshark         dissects captures
 test  iproute2       virtual cables between the simulated bus and other masters
+test  python3-jsonschema holds SARIF reports against their schema
 test  python3-venv   pysoem, one of those masters
 test  procps         looks for processes that a hostile module left behind
 EOF

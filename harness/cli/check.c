@@ -8,6 +8,7 @@
 #include "cli/capture.h"
 #include "cli/cli.h"
 #include "cli/configuration.h"
+#include "cli/reports.h"
 #include "cli/scenario.h"
 #include "conformance/check.h"
 
@@ -47,43 +48,105 @@ static struct pcap *next_capture(void *argument, const char *experiment)
     return capture_pcap(&captures->current);
 }
 
-static int run(const struct command *command, const struct check_options *options, const char *json,
-               bool no_colour)
+/* The reports of a check that is done, and its status. */
+static int tell(const struct command *command, struct report_files *files, struct check *check,
+                FILE *stream, bool no_colour)
+{
+    const struct report *report = check_report(check);
+    const bool colour = !no_colour && getenv("NO_COLOR") == NULL && isatty(fileno(stream));
+    int status = status_of(report->verdict);
+    if (report_files_write(files, command, report) != 0)
+        status = EXIT_CALL;
+    report_text(report, stream, colour);
+    check_free(check);
+    return status;
+}
+
+static int run(const struct command *command, const struct check_options *options,
+               struct report_files *files, bool no_colour)
 {
     char why[CHECK_WHY];
     struct check *check;
-    struct output output = { 0 };
-    if (json != NULL && same_file(json, options->path))
-        return complain(command, "--json '%s' is the module itself", json);
-    int r = json != NULL ? output_open(&output, json) : 0;
-    if (r != 0)
-        return complain(command, "cannot write '%s': %s", json, strerror(-r));
+    if (report_files_open(files, command, options->path) != 0)
+        return EXIT_CALL;
+    FILE *stream = report_files_take_stdout(files) ? stderr : stdout;
     struct captures *captures = options->capture_argument;
-    r = check_run(&check, options, why);
+    const int r = check_run(&check, options, why);
     note_error(captures, capture_close(&captures->current));
     if (r != 0) {
-        output_close(&output, false);
+        report_files_drop(files);
         return complain(command, "%s", why);
     }
-    const struct report *report = check_report(check);
-    const bool json_on_stdout = output.stream == stdout;
-    FILE *stream = json_on_stdout ? stderr : stdout;
-    const bool colour = !no_colour && getenv("NO_COLOR") == NULL && isatty(fileno(stream));
-    int status = status_of(report->verdict);
-    if (json != NULL) {
-        r = report_json(report, output.stream);
-        const int closed = output_close(&output, r == 0);
-        if (r != 0 || closed != 0)
-            status =
-                complain(command, "cannot write '%s': %s", json, strerror(r != 0 ? -r : -closed));
-    }
-    report_text(report, stream, colour);
+    const int status = tell(command, files, check, stream, no_colour);
     if (captures->error != 0 &&
         captures->error != -EBADMSG) /* that one is the worker's, and told */
-        status = complain(command, "cannot write '%s': %s", captures->failed,
-                          strerror(-captures->error));
-    check_free(check);
+        return complain(command, "cannot write '%s': %s", captures->failed,
+                        strerror(-captures->error));
     return status;
+}
+
+/* What belongs to a run cannot be asked of evidence that is there. */
+static bool asks_for_a_run(const struct command *command, int argc, char **argv)
+{
+    static const char *const names[] = { "--profile", "--seed", "--cycles",   "--jobs",
+                                         "--config",  "--pcap", "--scenario", "--evidence" };
+    for (int i = 0; i < argc; i++)
+        for (size_t k = 0; k < sizeof names / sizeof *names; k++)
+            if (strcmp(argv[i], names[k]) == 0) {
+                complain(command, "%s is settled: --from-evidence runs nothing", names[k]);
+                return true;
+            }
+    return false;
+}
+
+static int run_again(const struct command *command, const struct check_options *options,
+                     const char *folder, struct report_files *files, bool no_colour)
+{
+    char why[CHECK_WHY], manifest[4352];
+    struct check *check;
+    const struct check_changes changes = { .rules = options->rules,
+                                           .strict = options->strict,
+                                           .waivers = options->waivers };
+    snprintf(manifest, sizeof manifest, "%s/manifest.json", folder);
+    if (report_files_open(files, command, manifest) != 0)
+        return EXIT_CALL;
+    FILE *stream = report_files_take_stdout(files) ? stderr : stdout;
+    if (check_again(&check, folder, &changes, why) != 0) {
+        report_files_drop(files);
+        return complain(command, "%s", why);
+    }
+    return tell(command, files, check, stream, no_colour);
+}
+
+/* Several patterns as check.h has them. */
+static bool join_patterns(const struct command *command, const struct option_texts *patterns,
+                          char *out, size_t size, const char **joined)
+{
+    size_t at = 0;
+    for (size_t i = 0; i < patterns->count; i++) {
+        const int length =
+            snprintf(out + at, size - at, "%s%s", i > 0 ? "," : "", patterns->texts[i]);
+        if ((size_t)length >= size - at) {
+            complain(command, "too many patterns of rules");
+            return false;
+        }
+        at += (size_t)length;
+    }
+    *joined = patterns->count > 0 ? out : NULL;
+    return true;
+}
+
+static bool read_waivers(const struct command *command, const char *path, struct waivers *waivers)
+{
+    char why[WAIVERS_WHY];
+    char *text = read_text(command, "waivers", path);
+    if (text == NULL)
+        return false;
+    const int r = waivers_read(waivers, text, strlen(text), path, why);
+    free(text);
+    if (r != 0)
+        complain(command, "%s", why);
+    return r == 0;
 }
 
 static struct check_scenario scenarios[OPTION_TEXTS_MAX];
@@ -98,6 +161,9 @@ static bool read_scenarios(const struct command *command, struct check_options *
         scenarios[i].scenario = scenario_from_file(command, files->texts[i], product);
         if (scenarios[i].scenario == NULL)
             return false;
+        scenarios[i].text = read_text(command, "scenario", files->texts[i]);
+        if (scenarios[i].text == NULL)
+            return false;
         options->scenario_count++;
     }
     return true;
@@ -105,8 +171,10 @@ static bool read_scenarios(const struct command *command, struct check_options *
 
 static void close_scenarios(const struct check_options *options)
 {
-    for (size_t i = 0; i < options->scenario_count; i++)
+    for (size_t i = 0; i < options->scenario_count; i++) {
         scenario_close((struct scenario *)(uintptr_t)scenarios[i].scenario);
+        free((void *)(uintptr_t)scenarios[i].text);
+    }
 }
 
 int command_check(const struct command *command, int argc, char **argv)
@@ -118,13 +186,27 @@ int command_check(const struct command *command, int argc, char **argv)
                                      .tool = "tgm " TGM_VERSION_TEXT,
                                      .capture_argument = &captures };
     struct option_texts files = { .count = 0 };
-    const char *profile = "pc4", *json = NULL, *module = NULL;
+    struct report_files reports = { .paths = { NULL } };
+    struct option_texts patterns = { .count = 0 };
+    static struct waivers waivers;
+    static char selection[OPTION_TEXTS_MAX * 128];
+    const char *profile = "pc4", *module = NULL, *waive = NULL, *saved = NULL;
     uint64_t jobs = 0;
     bool no_colour = false;
     const struct option table[] = {
         { "--profile", OPTION_TEXT, "NAME", "what is demanded: pc4 (default)", &profile, 0, 0 },
-        { "--rule", OPTION_TEXT, "PATTERN", "only the rules whose id matches, as in 'ini-*'",
-          &options.rules, 0, 0 },
+        { "--rule", OPTION_TEXTS, "PATTERN",
+          "only the rules whose id matches, as in 'ini-*'; '!PATTERN': not those; may be given "
+          "again",
+          &patterns, 0, 0 },
+        { "--strict", OPTION_FLAG, NULL, "what a module should keep counts as what it must",
+          &options.strict, 0, 0 },
+        { "--waive", OPTION_TEXT, "FILE",
+          "failures that somebody answers for, until a day (docs/certifying.md)", &waive, 0, 0 },
+        { "--evidence", OPTION_TEXT, "DIR", "save what was seen, to judge it again without a run",
+          &options.evidence, 0, 0 },
+        { "--from-evidence", OPTION_TEXT, "DIR",
+          "judge what was saved there: no MODULE, and nothing is run", &saved, 0, 0 },
         { "--seed", OPTION_NUMBER, "N", "seed of places, poison and machine (default 0x1d2f)",
           &options.seed, 0, 0 },
         { "--cycles", OPTION_NUMBER, "N",
@@ -133,7 +215,13 @@ int command_check(const struct command *command, int argc, char **argv)
         { "--jobs", OPTION_NUMBER, "N", "experiments at the same time (default: one for each core)",
           &jobs, 1, 64 },
         { "--json", OPTION_TEXT, "FILE", "also write the verdict as JSON, - for standard output",
-          &json, 0, 0 },
+          &reports.paths[REPORT_JSON], 0, 0 },
+        { "--junit", OPTION_TEXT, "FILE", "also as JUnit XML, for a CI system",
+          &reports.paths[REPORT_JUNIT], 0, 0 },
+        { "--sarif", OPTION_TEXT, "FILE", "also as SARIF 2.1.0, for code viewers",
+          &reports.paths[REPORT_SARIF], 0, 0 },
+        { "--html", OPTION_TEXT, "FILE", "also as one HTML page (docs/reports.md)",
+          &reports.paths[REPORT_HTML], 0, 0 },
         { "--config", OPTION_TEXT, "FILE",
           "judge under this configuration of TG Motion (docs/configuration.md)",
           &options.around_path, 0, 0 },
@@ -147,6 +235,15 @@ int command_check(const struct command *command, int argc, char **argv)
     int words, status;
     if (!options_read(command, table, argc, argv, &module, 1, &words, &status))
         return status;
+    if (!join_patterns(command, &patterns, selection, sizeof selection, &options.rules) ||
+        (waive != NULL && !read_waivers(command, waive, &waivers)))
+        return EXIT_CALL;
+    options.waivers = waive != NULL ? &waivers : NULL;
+    if (saved != NULL)
+        return words != 0 ? complain(command, "--from-evidence has its module with it: no MODULE")
+               : asks_for_a_run(command, argc, argv)
+                   ? EXIT_CALL
+                   : run_again(command, &options, saved, &reports, no_colour);
     if (words == 0)
         return complain(command, "which module? usage: tgm check %s", command->usage);
     if (captures.folder != NULL) {
@@ -167,7 +264,7 @@ int command_check(const struct command *command, int argc, char **argv)
             return status;
         options.around = &around;
     }
-    status = read_scenarios(command, &options, &files) ? run(command, &options, json, no_colour)
+    status = read_scenarios(command, &options, &files) ? run(command, &options, &reports, no_colour)
                                                        : EXIT_CALL;
     close_scenarios(&options);
     configuration_close(&configuration);

@@ -100,6 +100,9 @@ int command_plot(const struct command *command, int argc, char **argv);
 int command_registers(const struct command *command, int argc, char **argv);
 int command_device(const struct command *command, int argc, char **argv);
 int command_config(const struct command *command, int argc, char **argv);
+int command_keygen(const struct command *command, int argc, char **argv);
+int command_certify(const struct command *command, int argc, char **argv);
+int command_verify(const struct command *command, int argc, char **argv);
 int command_explain(const struct command *command, int argc, char **argv);
 
 #endif

@@ -197,6 +197,7 @@ static void contents(json_t *root, const struct image *image)
     put(root, "stack", stack(image, inspect_deepest(image, &name)));
     put(root, "executable_stack", json_boolean(image->exec_stack));
     put(root, "source_lines", json_boolean(image->has_debug_lines));
+    put(root, "debug_file", image->debug_file != NULL ? text(image->debug_file) : json_null());
 }
 
 int inspect_json(const struct image *image, FILE *out)

@@ -259,5 +259,11 @@ void inspect_text(const struct image *image, FILE *out)
     memory(image, out);
     relocations(image, out);
     stack(image, out);
-    fprintf(out, LABEL "%s\n", "source lines", image->has_debug_lines ? "yes" : "none");
+    fprintf(out, LABEL "%s", "source lines", image->has_debug_lines ? "yes" : "none");
+    if (!image->has_debug_lines && image->debug_file != NULL) {
+        fputs("; they are in ", out);
+        put_name(out, image->debug_file);
+        fputs(", which is not read", out);
+    }
+    fputc('\n', out);
 }

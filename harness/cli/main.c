@@ -24,6 +24,12 @@ static const struct command commands[] = {
     { "device", "[FILE...] [--convert SOURCE]",
       "Lists device types of the bus; checks device files and ESI.", command_device },
     { "rules", "", "Lists the rules.", command_rules },
+    { "certify", "MODULE.tgm --key FILE [options]",
+      "Judges a module by the frozen suite and signs that it passed.", command_certify },
+    { "verify", "CERTIFICATE MODULE.tgm --key FILE [--evidence DIR]",
+      "Verifies a certificate, offline.", command_verify },
+    { "keygen", "NAME", "Makes a pair of keys for certificates: NAME.key and NAME.pub.",
+      command_keygen },
     { "explain", "RULE", "Explains one rule: what must hold, why, and what to do.",
       command_explain },
 };
@@ -51,7 +57,7 @@ static int unknown_command(const char *word)
     return complain(
         NULL,
         "unknown command '%s'; allowed: check run bus inspect new config registers device "
-        "rules explain help version",
+        "rules explain certify verify keygen help version",
         word);
 }
 

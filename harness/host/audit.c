@@ -323,13 +323,15 @@ void audit_begin(struct audit *audit, enum entry entry, uint64_t cycle, bool op)
             (struct audit_call){ .entry = entry, .cycle = cycle, .op = op };
 }
 
-void audit_end(struct audit *audit, uint64_t instructions, uint64_t stack_bytes)
+void audit_end(struct audit *audit, bool returned, uint64_t instructions, uint64_t stack_bytes)
 {
     if (audit->depth == 0)
         return;
     const struct audit_call *call = &audit->calls[--audit->depth];
     struct audit_function *function = &audit->record->functions[call->entry];
     audit->record->traced = audit->record->traced || instructions > 0;
+    if (!returned)
+        return;
     function->calls++;
     function->instructions += instructions;
     if (instructions > function->worst_instructions) {

@@ -15,10 +15,12 @@
 
 #include "bus/bus.h"
 #include "host/audit.h"
+#include "host/coverage.h"
 #include "host/digest.h"
 #include "host/product.h"
 #include "host/realtime.h"
 #include "host/scenario_value.h"
+#include "host/sketch.h"
 #include "machine/machine.h"
 
 #define EVIDENCE_INCIDENTS  16
@@ -228,6 +230,8 @@ struct evidence {
     size_t stack_used;   /* bytes */
     unsigned slaves;
     struct digest digest;
+    struct coverage coverage; /* on the instrumented machine */
+    struct sketch sketch; /* of the first axes; no row without a bus */
 
     struct audit_record audit; /* audit.h */
 

@@ -8,11 +8,14 @@
 
 #define MEMBER(type, member) (((struct type *)0)->member)
 #define COUNT(type, member)  (sizeof MEMBER(type, member) / sizeof *MEMBER(type, member))
-/* A plain value; an array of them; a structure; an array of structures. */
+/* A plain value; an array of them, in one dimension or two; a structure; an array of structures. */
 #define VALUE(type, member)                                                                        \
 #member, offsetof(struct type, member), sizeof MEMBER(type, member), 1, NULL
 #define VALUES(type, member)                                                                       \
 #member, offsetof(struct type, member), sizeof *MEMBER(type, member), COUNT(type, member), NULL
+#define GRID(type, member)                                                                         \
+#member, offsetof(struct type, member), sizeof **MEMBER(type, member),                         \
+        sizeof MEMBER(type, member) / sizeof **MEMBER(type, member), NULL
 #define PART(type, member, rows)                                                                   \
 #member, offsetof(struct type, member), sizeof MEMBER(type, member), 1, rows
 #define PARTS(type, member, rows)                                                                  \
@@ -218,6 +221,19 @@ static const struct evidence_row race[] = {
     { PART(evidence_race, fault, fault) },  { NULL, 0, 0, 0, NULL },
 };
 
+static const struct evidence_row sketch[] = {
+    { VALUE(sketch, cycles) }, { VALUE(sketch, per_bucket) }, { VALUE(sketch, used) },
+    { VALUES(sketch, now) },   { GRID(sketch, least) },       { GRID(sketch, greatest) },
+    { NULL, 0, 0, 0, NULL },
+};
+
+static const struct evidence_row coverage[] = {
+    { VALUE(coverage, begin) },
+    { VALUE(coverage, size) },
+    { VALUES(coverage, bits) },
+    { NULL, 0, 0, 0, NULL },
+};
+
 static const struct evidence_row evidence[] = {
     { VALUE(evidence, stage) },
     { VALUE(evidence, entry) },
@@ -262,6 +278,8 @@ static const struct evidence_row evidence[] = {
     { VALUE(evidence, slaves) },
     { PART(evidence, digest, digest) },
     { PART(evidence, audit, audit) },
+    { PART(evidence, coverage, coverage) },
+    { PART(evidence, sketch, sketch) },
     { VALUES(evidence, trouble) },
     { NULL, 0, 0, 0, NULL },
 };

@@ -14,9 +14,6 @@
 /* Rows and frames travel in blocks, so that a cycle costs no system call. */
 #define BLOCK_BYTES 32768
 
-/* Address space that an emulated CPU reserves for what it translates, and some to work in. */
-#define EMULATOR_BYTES (UINT64_C(3) << 30)
-
 #define EMPTY_LOOP_NS UINT64_C(1000000000)
 
 _Static_assert(PCAP_BUFFER <= BLOCK_BYTES, "what a capture hands over fits a block");
@@ -134,6 +131,14 @@ static void run_cycles(const struct experiment *experiment, struct host *host,
     }
 }
 
+static void note_coverage(const struct machine *machine, struct coverage *coverage)
+{
+    uint64_t begin, end;
+    const uint8_t *bits = machine_coverage(machine, &begin, &end);
+    if (bits != NULL)
+        coverage_take(coverage, bits, begin, end);
+}
+
 static int play(struct job *job, struct evidence *evidence, int pipe_fd, struct machine *machine,
                 struct host *host)
 {
@@ -155,6 +160,7 @@ static int play(struct job *job, struct evidence *evidence, int pipe_fd, struct 
         block_oscilloscope(&job->block, host);
     block_flush(&job->block);
     evidence->stack_used = machine_stack_used(machine);
+    note_coverage(machine, &evidence->coverage);
     evidence->stage = EVIDENCE_FINISHED;
     return 0;
 }
@@ -381,7 +387,7 @@ int experiment_run(const struct experiment *experiment, const struct image *imag
                                                        ? experiment->host.cycle_us * UINT64_C(2000)
                                                        : UINT64_C(2000000)),
         .real_time = experiment->real_clock,
-        .memory_bytes = is_instrumented(experiment, image) ? EMULATOR_BYTES : 0,
+        .memory_bytes = is_instrumented(experiment, image) ? MACHINE_INSTRUMENTED_MEMORY : 0,
     };
     r = worker_run(body, job, shared, &limits, progress != NULL || bulk ? relay : NULL, forward,
                    bulk, &result->worker);

@@ -189,6 +189,8 @@ bool host_call(struct host *host, enum entry entry)
     }
     statistics_call(host, entry, outcome.elapsed_ns);
     evidence->calls[entry].count++;
+    if (entry == ENTRY_04 && outcome.instructions != 0)
+        sketch_note(&evidence->sketch, SKETCH_INSTRUCTIONS, (double)outcome.instructions);
     evidence->calls[entry].last_value = (int32_t)outcome.value;
     return true;
 }
@@ -231,6 +233,20 @@ static void note_axes(struct host *host)
         (unsigned)(host->axis_count < EVIDENCE_AXES ? host->axis_count : EVIDENCE_AXES);
     for (unsigned i = 0; i < evidence->axis_count; i++)
         evidence->axis_position[i] = host->axes[i].reg->Position;
+}
+
+/* As they are when the cycle is over: what the module commanded, what the drives answered. */
+static void note_course(struct host *host)
+{
+    struct sketch *sketch = &host->evidence->sketch;
+    for (unsigned i = 0; i < host->evidence->axis_count && i < SKETCH_AXES; i++) {
+        const double position = host->axes[i].reg->Position;
+        const double commanded = host->axes[i].reg->WritePosition;
+        sketch_note(sketch, sketch_of_axis(i, SKETCH_POSITION), position);
+        sketch_note(sketch, sketch_of_axis(i, SKETCH_WRITE_POSITION), commanded);
+        sketch_note(sketch, sketch_of_axis(i, SKETCH_LAG), commanded - position);
+    }
+    sketch_cycle(sketch);
 }
 
 static void note_faults(struct host *host)
@@ -367,6 +383,7 @@ static void cycle_end(struct host *host)
     struct evidence *evidence = host->evidence;
     if (host->bus != NULL)
         note_faults(host);
+    note_course(host);
     host->slot = 0;
     host->cycle++;
     evidence->cycles_done = host->cycle;

@@ -30,7 +30,6 @@ struct product_budget {
     uint32_t background_percent; /* Program_01..03: of their own period */
     uint32_t program_04_percent; /* of Cycle_Time */
     uint32_t program_05_us;
-    uint32_t stack_bytes; /* of a function and what it calls (decision H20) */
     /* What a call costs is counted in instructions, the same on every machine; so many of them are
      * taken for a microsecond of the product's processor (decision H10). */
     uint32_t instructions_per_us;

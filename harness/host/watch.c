@@ -69,7 +69,8 @@ void watch_end(const struct host *host, enum entry entry, const struct machine_o
 {
     struct audit_function *function = &host->evidence->audit.functions[entry];
     if (host->config.audit != NULL)
-        audit_end(host->config.audit, outcome->instructions, outcome->stack_bytes);
+        audit_end(host->config.audit, outcome->kind == MACHINE_RETURNED, outcome->instructions,
+                  outcome->stack_bytes);
     if (outcome->kind != MACHINE_RETURNED || outcome->abi_broken == 0)
         return;
     if (function->abi_broken == 0)

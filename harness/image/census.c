@@ -104,19 +104,18 @@ static void sweep(struct census_search *search, const struct code_insn *insn)
     }
 }
 
-static void follow_jump(struct census_search *search, const struct code_insn *insn)
+/* Reaches the places that are known; false when there are others. */
+static bool reach_known(struct census_search *search, uint64_t where)
 {
     const struct stack *stack = search->stack;
-    const struct code_insn copy = *insn;
-    size_t i = first_jump(stack, copy.vaddr);
-    bool lost = i == stack->jump_count || stack->jumps[i].where != copy.vaddr;
-    for (; i < stack->jump_count && stack->jumps[i].where == copy.vaddr; i++) {
+    size_t i = first_jump(stack, where);
+    bool lost = i == stack->jump_count || stack->jumps[i].where != where;
+    for (; i < stack->jump_count && stack->jumps[i].where == where; i++) {
         lost |= stack->jumps[i].kind == STACK_JUMP_LOST;
         if (stack->jumps[i].kind == STACK_JUMP_TO)
             reach(search, stack->jumps[i].target, stack->jumps[i].thumb);
     }
-    if (lost)
-        sweep(search, &copy);
+    return !lost;
 }
 
 /* ---- control ---- */
@@ -132,7 +131,8 @@ static void follow(struct census_search *search, const struct code_insn *insn)
         reach(search, copy.target, copy.target_thumb);
         break;
     case CODE_JUMP_VALUE:
-        follow_jump(search, &copy);
+        if (!reach_known(search, copy.vaddr))
+            sweep(search, &copy);
         break;
     case CODE_CALL:
         reach(search, copy.target, copy.target_thumb);
@@ -143,8 +143,10 @@ static void follow(struct census_search *search, const struct code_insn *insn)
         if (copy.special == IMAGE_SPECIAL_SYSTEM || copy.special == IMAGE_SPECIAL_PRIVILEGED)
             reach(search, next, copy.thumb);
         break;
+    case CODE_CALL_VALUE: /* the rest comes with the functions that the module has addresses of */
+        reach_known(search, copy.vaddr);
+        break;
     case CODE_NEXT:
-    case CODE_CALL_VALUE:
     case CODE_RETURN:
         break;
     }

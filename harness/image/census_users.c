@@ -8,7 +8,7 @@
 #include "image/census.h"
 #include "image/stack.h"
 
-enum { BEFORE_JUMP = 16 }; /* bytes of a stub before its jump: endbr64, the address in a register */
+enum { ENDBR = 4 }; /* bytes of an endbr64, with which a stub may begin */
 
 struct users {
     struct census_search *search;
@@ -33,11 +33,11 @@ static void note_user(struct census *census, uint32_t import, uint64_t vaddr)
 
 static void note_stub(struct users *users, const struct code_insn *insn, uint32_t import)
 {
-    for (uint64_t back = 0; back <= BEFORE_JUMP && back <= insn->vaddr; back++) {
-        uint32_t known;
-        if (!code_map_get(&users->stubs, insn->vaddr - back, &known))
-            code_map_put(&users->stubs, insn->vaddr - back, import);
-    }
+    uint32_t known;
+    if (!code_map_get(&users->stubs, insn->vaddr, &known))
+        code_map_put(&users->stubs, insn->vaddr, import);
+    if (!code_map_get(&users->stubs, insn->vaddr - ENDBR, &known))
+        code_map_put(&users->stubs, insn->vaddr - ENDBR, import);
 }
 
 static const struct code_insn *found(struct census_search *search, size_t i)

@@ -181,6 +181,16 @@ static enum image_special_kind arm_status(const cs_insn *insn, bool thumb)
                                                                    : IMAGE_SPECIAL_NONE;
 }
 
+/* FPSCR is user code's, what switches the unit on is not. */
+static enum image_special_kind arm_vector_status(const cs_arm *arm)
+{
+    for (unsigned i = 0; i < arm->op_count; i++)
+        if (arm->operands[i].type == ARM_OP_REG &&
+            (arm->operands[i].reg == ARM_REG_FPEXC || arm->operands[i].reg == ARM_REG_FPSID))
+            return IMAGE_SPECIAL_PRIVILEGED;
+    return IMAGE_SPECIAL_NONE;
+}
+
 /* `subs pc, lr, #4`, `movs pc, lr`, `ldm sp!, {..., pc}^`: back out of an exception. */
 static bool leaves_exception(const cs_insn *insn)
 {
@@ -200,6 +210,9 @@ static enum image_special_kind arm_special(const cs_insn *insn, bool thumb)
         return arm_coprocessor(&insn->detail->arm);
     case ARM_INS_MRRC:
         return arm_counter(&insn->detail->arm);
+    case ARM_INS_VMSR:
+    case ARM_INS_VMRS:
+        return arm_vector_status(&insn->detail->arm);
     case ARM_INS_MSR:
     case ARM_INS_MRS:
         return arm_status(insn, thumb);

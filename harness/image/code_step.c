@@ -57,6 +57,36 @@ static bool open_one(size_t *handle, cs_arch arch, cs_mode mode)
     return cs_option(opened, CS_OPT_DETAIL, CS_OPT_ON) == CS_ERR_OK;
 }
 
+void code_stepper_close(struct code_stepper *stepper)
+{
+    csh handles[] = { stepper->handle, stepper->thumb_handle };
+
+    if (stepper->scratch != NULL)
+        cs_free(stepper->scratch, 1);
+    for (size_t i = 0; i < COUNT(handles); i++)
+        if (handles[i] != 0)
+            cs_close(&handles[i]);
+    *stepper = (struct code_stepper){ .target = stepper->target };
+}
+
+static bool decode(struct code_stepper *stepper, const uint8_t *bytes, size_t size,
+                   uint64_t address, bool thumb)
+{
+    return cs_disasm_iter(thumb ? stepper->thumb_handle : stepper->handle, &bytes, &size, &address,
+                          stepper->scratch);
+}
+
+/* Capstone sorts a table at its first instruction, and asks how much memory there is for that:
+ * later there may be nobody to ask. */
+static void warm_up(struct code_stepper *stepper)
+{
+    static const uint8_t any[] = { 0x50, 0x90, 0x90, 0x90 };
+
+    decode(stepper, any, sizeof any, 0, false);
+    if (stepper->thumb_handle != 0)
+        decode(stepper, any, sizeof any, 0, true);
+}
+
 bool code_stepper_open(struct code_stepper *stepper, enum image_target target)
 {
     bool opened = false;
@@ -71,22 +101,20 @@ bool code_stepper_open(struct code_stepper *stepper, enum image_target target)
         opened = open_one(&stepper->handle, CS_ARCH_X86, CS_MODE_32);
     if (opened)
         stepper->scratch = cs_malloc(stepper->handle);
-    if (stepper->scratch != NULL)
+    if (stepper->scratch != NULL) {
+        warm_up(stepper);
         return true;
+    }
     code_stepper_close(stepper);
     return false;
 }
 
-void code_stepper_close(struct code_stepper *stepper)
+static bool is_among(const unsigned *list, size_t count, unsigned id)
 {
-    csh handles[] = { stepper->handle, stepper->thumb_handle };
-
-    if (stepper->scratch != NULL)
-        cs_free(stepper->scratch, 1);
-    for (size_t i = 0; i < COUNT(handles); i++)
-        if (handles[i] != 0)
-            cs_close(&handles[i]);
-    *stepper = (struct code_stepper){ .target = stepper->target };
+    for (size_t i = 0; i < count; i++)
+        if (list[i] == id)
+            return true;
+    return false;
 }
 
 static enum code_step_kind listed(const struct listed *list, size_t count, unsigned id)
@@ -121,12 +149,23 @@ static bool is_vector_extension(const struct code_stepper *stepper, const cs_ins
     return true;
 }
 
+static bool is_repeated(const cs_insn *insn)
+{
+    const cs_x86 *x86 = &insn->detail->x86;
+    const uint8_t opcode = x86->opcode[0];
+
+    return (x86->prefix[0] == X86_PREFIX_REP || x86->prefix[0] == X86_PREFIX_REPNE) &&
+           ((opcode >= 0xa4 && opcode <= 0xa7) || (opcode >= 0xaa && opcode <= 0xaf));
+}
+
 static enum code_step_kind x86_kind(const struct code_stepper *stepper, const cs_insn *insn)
 {
     const cs_x86 *x86 = &insn->detail->x86;
 
     if (is_vector_extension(stepper, insn))
         return CODE_STEP_FOREIGN;
+    if (is_repeated(insn))
+        return CODE_STEP_REPEAT;
     if (insn->id == X86_INS_INT && x86->op_count == 1)
         return x86->operands[0].imm == 0x80   ? CODE_STEP_SYSCALL_OLD
                : x86->operands[0].imm == 0x03 ? CODE_STEP_BREAKPOINT
@@ -153,9 +192,35 @@ static bool x86_by_stack(const cs_insn *insn)
             return base == X86_REG_RSP || base == X86_REG_RBP || base == X86_REG_ESP ||
                    base == X86_REG_EBP;
     }
-    for (size_t i = 0; i < COUNT(x86_stack_users); i++)
-        if (insn->id == x86_stack_users[i])
-            return true;
+    return is_among(x86_stack_users, COUNT(x86_stack_users), insn->id);
+}
+
+/* Loads and stores for which the address has to be that of a word (Arm Architecture Reference
+ * Manual, unaligned access): by a list of registers, and others. */
+static const unsigned arm_lists[] = {
+    ARM_INS_LDM,   ARM_INS_LDMDA, ARM_INS_LDMDB,  ARM_INS_LDMIB,  ARM_INS_STM,    ARM_INS_STMDA,
+    ARM_INS_STMDB, ARM_INS_STMIB, ARM_INS_VLDMIA, ARM_INS_VLDMDB, ARM_INS_VSTMIA, ARM_INS_VSTMDB,
+};
+static const unsigned arm_words[] = { ARM_INS_LDRD, ARM_INS_STRD,  ARM_INS_VLDR,
+                                      ARM_INS_VSTR, ARM_INS_LDREX, ARM_INS_STREX };
+
+/* The register that such an address begins with, when it can be an odd one: not sp, not pc. */
+static bool arm_base(const cs_insn *insn, unsigned *number)
+{
+    const bool by_list = is_among(arm_lists, COUNT(arm_lists), insn->id);
+    const cs_arm *arm = &insn->detail->arm;
+
+    if (!by_list && !is_among(arm_words, COUNT(arm_words), insn->id))
+        return false;
+    for (unsigned i = 0; i < arm->op_count; i++) {
+        const cs_arm_op *operand = &arm->operands[i];
+        const unsigned reg = by_list ? (unsigned)operand->reg : (unsigned)operand->mem.base;
+
+        if (by_list ? i > 0 : operand->type != ARM_OP_MEM)
+            continue;
+        *number = reg - ARM_REG_R0;
+        return reg >= ARM_REG_R0 && reg <= ARM_REG_R12;
+    }
     return false;
 }
 
@@ -165,13 +230,6 @@ static unsigned it_covers(const cs_insn *insn)
     const unsigned mask = insn->bytes[0] & 15u;
 
     return mask & 1u ? 4 : mask & 2u ? 3 : mask & 4u ? 2 : 1;
-}
-
-static bool decode(struct code_stepper *stepper, const uint8_t *bytes, size_t size,
-                   uint64_t address, bool thumb)
-{
-    return cs_disasm_iter(thumb ? stepper->thumb_handle : stepper->handle, &bytes, &size, &address,
-                          stepper->scratch);
 }
 
 void code_step_read(struct code_stepper *stepper, const uint8_t *bytes, size_t size,
@@ -188,10 +246,13 @@ void code_step_read(struct code_stepper *stepper, const uint8_t *bytes, size_t s
         step->kind = listed(arm_kinds, COUNT(arm_kinds), insn->id);
         step->known = insn->id != ARM_INS_UDF && insn->id != ARM_INS_TRAP;
         step->covers = step->kind == CODE_STEP_CONDITION ? it_covers(insn) : 0;
+        if (step->kind == CODE_STEP_PLAIN && arm_base(insn, &step->covers))
+            step->kind = CODE_STEP_ALIGNED;
         return;
     }
     step->kind = x86_kind(stepper, insn);
     step->known = insn->id != X86_INS_UD0 && insn->id != X86_INS_UD2 && insn->id != X86_INS_UD2B;
+    step->covers = step->kind == CODE_STEP_REPEAT ? insn->detail->x86.addr_size : 0;
     step->by_stack = x86_by_stack(insn);
 }
 

@@ -227,6 +227,7 @@ static void drop_contents(struct image *image)
     image->relro_begin = image->relro_end = 0;
     image->has_tls = image->exec_stack = image->exec_stack_stated = false;
     image->has_debug_lines = false;
+    image->debug_file = NULL;
     image->tls_size = 0;
     image->base = image->entry_point = 0;
     image->fixed = image->has_entry_point = false;

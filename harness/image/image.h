@@ -208,6 +208,9 @@ struct image {
      */
     uint64_t relro_begin, relro_end;
     bool has_debug_lines;
+    /* The file that this one says its debug information is in (PE: a .pdb), NULL when none. It is
+     * not read and need not be there. */
+    const char *debug_file;
 
     void *lines;    /* private to lines.c */
     void *routines; /* private to stack.c */

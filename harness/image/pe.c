@@ -84,6 +84,22 @@ static void look_for_debug_lines(struct image *image)
     }
 }
 
+/* The name of the .pdb file: in a CodeView record of the debug directory. A hint only. */
+static void look_for_debug_file(const struct pe *pe)
+{
+    enum { ENTRY = 28, TYPE_CODEVIEW = 2, NAME = 24 };
+    const struct pe_directory *directory = &pe->directory[PE_DEBUG];
+    const uint8_t *entries = pe_bytes(pe, directory->vaddr, directory->size);
+    for (uint32_t at = 0; entries != NULL && at + ENTRY <= directory->size; at += ENTRY) {
+        const uint32_t size = pe_u32(entries + at + 16), place = pe_u32(entries + at + 24);
+        const uint8_t *record = pe->image->bytes + place;
+        if (pe_u32(entries + at + 12) == TYPE_CODEVIEW && place < pe->image->size &&
+            size <= pe->image->size - place && size > NAME && memcmp(record, "RSDS", 4) == 0 &&
+            record[NAME] != '\0' && memchr(record + NAME, '\0', size - NAME) != NULL)
+            pe->image->debug_file = (const char *)record + NAME;
+    }
+}
+
 int pe_read(struct image *image)
 {
     struct pe pe = { .image = image };
@@ -95,6 +111,7 @@ int pe_read(struct image *image)
         pe_read_symbols(&pe) && pe_read_lists(&pe)) {
         pe_read_unwind(&pe);
         look_for_debug_lines(image);
+        look_for_debug_file(&pe);
     }
     return pe.error;
 }

@@ -87,14 +87,14 @@ struct stack_range {
     uint64_t begin, end;
 };
 
-/* Where a jump through a register or table leads, as far as the walks know. */
+/* Where a jump or call through a register or table leads, as far as the walks know. */
 enum stack_jump_kind {
-    STACK_JUMP_TO,  /* target */
+    STACK_JUMP_TO,  /* target; a call may lead elsewhere, too */
     STACK_JUMP_OUT, /* a return, or a last call through a pointer */
     STACK_JUMP_LOST /* and elsewhere, too */
 };
 struct stack_jump {
-    uint64_t where; /* the jumping instruction */
+    uint64_t where; /* the instruction */
     uint64_t target;
     enum stack_jump_kind kind;
     bool thumb; /* target is Thumb code */

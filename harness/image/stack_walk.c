@@ -242,6 +242,18 @@ static void call_function(struct walk *walk, const struct code_insn *insn,
         after_call(walk, &copy, state, pops);
 }
 
+static void note_jump(struct walk *walk, uint64_t where, enum stack_jump_kind kind, uint64_t target,
+                      bool thumb)
+{
+    struct stack *stack = walk->stack;
+    if (stack->jump_count < MAX_JUMPS &&
+        image_make_room(&stack->jumps, stack->jump_count, sizeof stack->jumps[0]))
+        stack->jumps[stack->jump_count++] =
+            (struct stack_jump){ .where = where, .target = target, .kind = kind, .thumb = thumb };
+    else
+        stack->exhausted = true;
+}
+
 /* Through a pointer: one of TG Motion's functions, or one whose address the module has. */
 static void call_pointer(struct walk *walk, const struct code_insn *insn,
                          const struct stack_state *state, const struct stack_value *value,
@@ -261,6 +273,7 @@ static void call_value(struct walk *walk, const struct code_insn *insn, struct s
     bool thumb;
     if (value.kind == STACK_PLACE) {
         const uint64_t vaddr = without_thumb(walk, (uint64_t)value.n, &thumb);
+        note_jump(walk, insn->vaddr, STACK_JUMP_TO, vaddr, thumb);
         call_function(walk, insn, state, vaddr, thumb);
         return;
     }
@@ -285,18 +298,6 @@ static void note_table(struct walk *walk, const struct stack_value *value)
     if (image_make_room(&stack->tables, stack->table_count, sizeof stack->tables[0]))
         stack->tables[stack->table_count++] =
             (struct stack_range){ value->table, value->table + size };
-}
-
-static void note_jump(struct walk *walk, uint64_t where, enum stack_jump_kind kind, uint64_t target,
-                      bool thumb)
-{
-    struct stack *stack = walk->stack;
-    if (stack->jump_count < MAX_JUMPS &&
-        image_make_room(&stack->jumps, stack->jump_count, sizeof stack->jumps[0]))
-        stack->jumps[stack->jump_count++] =
-            (struct stack_jump){ .where = where, .target = target, .kind = kind, .thumb = thumb };
-    else
-        stack->exhausted = true;
 }
 
 static void lose_jump(struct walk *walk, uint64_t where)

@@ -49,10 +49,11 @@ static void fresh(struct emulator *emulator)
     }
 }
 
-static void enter(struct emulator *emulator, uint64_t top, uint64_t argument)
+static void enter(struct emulator *emulator, uint64_t function, uint64_t argument)
 {
+    (void)function;
     emulator_write(emulator, UC_ARM_REG_R0, argument);
-    emulator_write(emulator, UC_ARM_REG_SP, top);
+    emulator_write(emulator, UC_ARM_REG_SP, emulator->levels[emulator->depth - 1].top);
     emulator_write(emulator, UC_ARM_REG_LR, emulator->trap);
 }
 

@@ -129,19 +129,20 @@ static void fresh(struct emulator *emulator)
     set_thread(emulator);
 }
 
-static void enter(struct emulator *emulator, uint64_t top, uint64_t argument)
+static void enter(struct emulator *emulator, uint64_t function, uint64_t argument)
 {
-    const uint64_t sp = top - emulator->cpu->word;
+    struct emulator_level *level = &emulator->levels[emulator->depth - 1];
+    const uint64_t sp = level->top - emulator->cpu->word;
 
     emulator_poke(emulator, sp, emulator->trap);
     if (!is_wide(emulator))
-        emulator_poke(emulator, top, argument);
+        emulator_poke(emulator, level->top, argument);
     else
         emulator_write(emulator, is_windows(emulator) ? UC_X86_REG_RCX : UC_X86_REG_RDI, argument);
     emulator_write(emulator, is_wide(emulator) ? UC_X86_REG_RAX : UC_X86_REG_EAX,
-                   emulator->pc); /* as a call through it would have */
+                   function); /* as a call through it would have */
     emulator_write(emulator, emulator->cpu->sp, sp);
-    emulator->levels[emulator->depth - 1].lowest = sp;
+    level->lowest = sp;
 }
 
 static unsigned broken_registers(struct emulator *emulator)
@@ -290,12 +291,13 @@ static void access_rules(struct emulator *emulator, struct machine_fault *fault)
         fault->signal = SIGBUS;
 }
 
-#define X86(name, processor_mode, counter, stack, bytes)                                           \
+#define X86(name, processor_mode, program_counter, stack, repeat_counter, bytes)                   \
     const struct emulator_cpu name = {                                                             \
         .arch = UC_ARCH_X86,                                                                       \
         .mode = processor_mode,                                                                    \
-        .pc = counter,                                                                             \
+        .pc = program_counter,                                                                     \
         .sp = stack,                                                                               \
+        .counter = repeat_counter,                                                                 \
         .word = bytes,                                                                             \
         .slot = 16,                                                                                \
         .back = ret,                                                                               \
@@ -309,5 +311,5 @@ static void access_rules(struct emulator *emulator, struct machine_fault *fault)
         .access = access_rules,                                                                    \
     }
 
-X86(emulator_x86_64, UC_MODE_64, UC_X86_REG_RIP, UC_X86_REG_RSP, 8);
-X86(emulator_i386, UC_MODE_32, UC_X86_REG_EIP, UC_X86_REG_ESP, 4);
+X86(emulator_x86_64, UC_MODE_64, UC_X86_REG_RIP, UC_X86_REG_RSP, UC_X86_REG_RCX, 8);
+X86(emulator_i386, UC_MODE_32, UC_X86_REG_EIP, UC_X86_REG_ESP, UC_X86_REG_ECX, 4);

@@ -18,8 +18,13 @@ static const struct {
     { IMAGE_TARGET_ARM, &emulator_arm, UC_CPU_ARM_CORTEX_A9 },
 };
 
-/* Signals that a bad pointer in a host service ends in. */
-static const int guarded[3] = { SIGSEGV, SIGBUS, SIGFPE };
+/* The first three are what a bad pointer in a host service ends in. Of the rest, as outside
+ * services, the reason is told. */
+static const int guarded[] = { SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGTRAP, SIGSYS };
+#define GUARDED      (sizeof guarded / sizeof guarded[0])
+#define SERVICE_ENDS 3
+
+_Static_assert(GUARDED == EMULATOR_SIGNALS, "each has an action to give back");
 
 /* The machine whose services the handler looks after. */
 static struct emulator *handled;
@@ -30,23 +35,40 @@ static int fail(char why[MACHINE_WHY], const char *what, uc_err error)
                         uc_strerror(error));
 }
 
+static __attribute__((noreturn)) void escape(void)
+{
+    siglongjmp(handled->escape, 1);
+}
+
+static bool ends_a_service(int sig, const siginfo_t *info)
+{
+    bool ends = false;
+
+    for (size_t i = 0; i < SERVICE_ENDS; i++)
+        ends |= sig == guarded[i];
+    return ends && handled != NULL && handled->serving && info->si_code > 0;
+}
+
+/* Goes on with escape() instead of jumping there, so that the kernel puts the signal mask back: a
+ * sealed process cannot. */
 static void on_signal(int sig, siginfo_t *info, void *context)
 {
-    const greg_t *registers = ((ucontext_t *)context)->uc_mcontext.gregs;
+    ucontext_t *interrupted = context;
+    const greg_t *registers = interrupted->uc_mcontext.gregs;
 
-    if (handled == NULL || !handled->serving || info->si_code <= 0) {
-        machine_die(sig, info, context);
+    if (!ends_a_service(sig, info)) {
+        machine_die(sig, info, interrupted);
         return;
     }
     handled->escaped_signal = sig;
     handled->escaped_address = (uint64_t)info->si_addr;
     handled->escaped_error = (uint64_t)registers[REG_ERR];
     handled->escaped_ip = (uint64_t)registers[REG_RIP];
-    siglongjmp(handled->escape, 1);
+    /* As if called from there: the return address would have taken 8 bytes. */
+    machine_redirect(interrupted, (uint64_t)escape,
+                     (((uint64_t)registers[REG_RSP] - 256) & ~(uint64_t)15) - 8);
 }
 
-/* The signal is not masked in its handler, which does not return: a sealed process cannot unmask
- * anything. */
 static int install_handlers(struct emulator *emulator, char why[MACHINE_WHY])
 {
     struct sigaction action;
@@ -55,8 +77,9 @@ static int install_handlers(struct emulator *emulator, char why[MACHINE_WHY])
         return machine_fail(why, -EBUSY, "this process has an instrumented machine already");
     memset(&action, 0, sizeof action);
     action.sa_sigaction = on_signal;
-    action.sa_flags = SA_SIGINFO | SA_NODEFER;
-    for (size_t i = 0; i < sizeof guarded / sizeof guarded[0]; i++)
+    action.sa_flags = SA_SIGINFO;
+    sigfillset(&action.sa_mask);
+    for (size_t i = 0; i < GUARDED; i++)
         sigaction(guarded[i], &action, &emulator->borrowed[i]);
     emulator->handling = true;
     handled = emulator;
@@ -68,7 +91,7 @@ static void remove_handlers(struct emulator *emulator)
     if (!emulator->handling)
         return;
     handled = NULL;
-    for (size_t i = 0; i < sizeof guarded / sizeof guarded[0] && !emulator->machine->sealed; i++)
+    for (size_t i = 0; i < GUARDED && !emulator->machine->sealed; i++)
         sigaction(guarded[i], &emulator->borrowed[i], NULL);
 }
 
@@ -252,9 +275,13 @@ static int instrumented_mapped(struct machine *machine, const struct machine_reg
 
     if (error != UC_ERR_OK)
         return fail(why, "takes no memory", error);
-    emulator->memories[emulator->memory_count] =
-        (struct emulator_memory){ (uint64_t)pages, (uint64_t)pages + size, region->start,
-                                  emulator->memory_count };
+    emulator->memories[emulator->memory_count] = (struct emulator_memory){
+        .begin = (uint64_t)pages,
+        .end = (uint64_t)pages + size,
+        .start = region->start,
+        .writable = access == MACHINE_REGION_READ_WRITE,
+        .number = emulator->memory_count,
+    };
     emulator->memory_count++;
     return 0;
 }

@@ -23,6 +23,8 @@
 #include "machine/arguments.h"
 #include "machine/machine_private.h"
 
+#define EMULATOR_SIGNALS 6
+
 /* Why the emulation stopped. */
 enum emulator_stop {
     EMULATOR_RUNNING,
@@ -40,16 +42,18 @@ struct emulator;
 
 /* What differs by processor and calling convention. */
 struct emulator_cpu {
-    int arch, mode; /* Unicorn's */
+    uc_arch arch;
+    uc_mode mode;
     int pc, sp;
+    int counter; /* of repeated instructions */
     unsigned word;
     unsigned slot;       /* bytes from one entry of the services' page to the next */
     const uint8_t *back; /* the code of an entry: an instruction that returns */
     unsigned back_size;
     /* State of the processor before every call, except what enter() sets. Once. */
     void (*fresh)(struct emulator *emulator);
-    /* Registers and stack for a call with that argument, from the top of its stack. */
-    void (*enter)(struct emulator *emulator, uint64_t top, uint64_t argument);
+    /* Registers and stack for a call of the function there with that argument. */
+    void (*enter)(struct emulator *emulator, uint64_t function, uint64_t argument);
     /* After the return. */
     void (*leave)(struct emulator *emulator, uint64_t top, struct machine_outcome *outcome);
     /* At the entry of a service: its arguments, and where it returns to. */
@@ -80,6 +84,7 @@ struct emulator_level {
 struct emulator_memory {
     uint64_t begin, end; /* what the module can reach */
     uint64_t start;      /* of the region */
+    bool writable;
     uint32_t number;
 };
 
@@ -91,15 +96,15 @@ struct emulator {
     uint64_t executed; /* instructions of the call */
     uint64_t stop_at;  /* stop instead of executing this one */
     uint64_t pc;       /* the latest instruction */
+    uint64_t block_next, block_end; /* of the block that a Thumb IT began; 0: none */
 
     struct machine *machine;
     const struct emulator_cpu *cpu;
     uc_engine *uc;
     uc_context *fresh;
     struct code_stepper stepper;
-    uint8_t *covered;  /* a bit for each byte of the module */
-    uint64_t covering; /* how many more instructions belong to the block that IT began */
-    bool shared;       /* some page of the module is writable and executable */
+    uint8_t *covered; /* a bit for each byte of the module */
+    bool shared;      /* some page of the module is writable and executable */
 
     enum emulator_stop stop;
     uint32_t number;
@@ -128,7 +133,7 @@ struct emulator {
     sigjmp_buf escape;
     volatile int escaped_signal;
     volatile uint64_t escaped_address, escaped_error, escaped_ip;
-    struct sigaction borrowed[3];
+    struct sigaction borrowed[EMULATOR_SIGNALS];
     bool handling;
 
     struct emulator_memory memories[MAX_REGIONS];

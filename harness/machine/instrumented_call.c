@@ -31,6 +31,20 @@ static void set_stop(struct emulator *emulator, uint64_t interrupt_at)
     emulator->stop_at = interrupt_at < hang ? interrupt_at : hang;
 }
 
+/* The stack that calls of this level run on, and how far it reaches for Windows' code that asks. */
+static void use_stack(struct emulator *emulator, const struct emulator_level *level)
+{
+    struct machine *machine = emulator->machine;
+    const uint64_t limit = (uint64_t)level->stack, base = limit + machine->stack_size;
+    const unsigned word = emulator->cpu->word;
+
+    machine->stack = level->stack;
+    if (emulator->thread_host == NULL || machine->convention == ARGUMENTS_SYSV)
+        return;
+    memcpy(emulator->thread_host + word, &base, word);
+    memcpy(emulator->thread_host + 2 * (size_t)word, &limit, word);
+}
+
 /* A service on the host's stack. False when it did not come back. */
 static bool serve(struct emulator *emulator, uint64_t *pc)
 {
@@ -71,17 +85,16 @@ static bool interlude(struct emulator *emulator, uint64_t *pc)
     struct machine *machine = emulator->machine;
     struct emulator_level *level = &emulator->levels[emulator->depth - 1];
     const uint64_t executed = emulator->executed, at = emulator->pc, back = resume_at(emulator);
-    uint8_t *stack = machine->stack;
     uint64_t more, vaddr = 0;
 
     uc_context_save(emulator->uc, level->interrupted);
     machine_vaddr(machine, (const void *)at, &vaddr);
     more = level->hook(level->argument, vaddr, executed);
     uc_context_restore(emulator->uc, level->interrupted);
-    machine->stack = stack;
+    use_stack(emulator, level);
     emulator->executed = executed;
     emulator->pc = at;
-    emulator->covering = 0;
+    emulator->block_end = 0;
     if (more == MACHINE_ABANDON) {
         emulator->stop = EMULATOR_HANG;
         return false;
@@ -136,18 +149,19 @@ void emulator_call(struct machine *machine, uint64_t function, void *argument,
     struct emulator_level *level = &emulator->levels[emulator->depth++];
     const uint64_t begin = machine->timing ? now_ns() : 0;
     const uint64_t thumb = emulator->cpu->arch == UC_ARCH_ARM ? function & 1 : 0;
+    const uint64_t start = (uint64_t)machine_address(machine, function - thumb);
     bool returned;
 
     uc_context_restore(emulator->uc, emulator->fresh);
-    machine->stack = level->stack;
+    use_stack(emulator, level);
     level->lowest = level->top;
     emulator->executed = 0;
-    emulator->covering = 0;
+    emulator->block_end = 0;
     emulator->pass = false;
     set_stop(emulator, level->hook != NULL ? level->after : MACHINE_NEVER);
-    emulator->pc = (uint64_t)machine_address(machine, function - thumb);
-    emulator->cpu->enter(emulator, level->top, (uint64_t)argument);
-    returned = run(emulator, emulator->pc | thumb);
+    emulator->pc = 0;
+    emulator->cpu->enter(emulator, start, (uint64_t)argument);
+    returned = run(emulator, start | thumb);
 
     outcome->elapsed_ns = machine->timing ? now_ns() - begin : 0;
     outcome->abi_broken = 0;

@@ -11,7 +11,9 @@
 
 #include "machine/machine_private.h"
 
-#define TRAP_FILL 0xcc /* int3 */
+/* A byte that is no instruction to go on from, repeated: int3, udf (Thumb), undefined (Arm). */
+#define TRAP_FILL_X86 0xcc
+#define TRAP_FILL_ARM 0xde
 
 static uint64_t first_page(uint64_t vaddr)
 {
@@ -26,13 +28,29 @@ static uint64_t end_page(uint64_t vaddr)
 #define PAGE_BOTH                                                                                  \
     0x80 /* in page_access while it is planned: one segment wants it written and executed */
 
+/* The memory of a flat image goes on behind what its file fills. */
+static uint64_t span_end_of(const struct image *image)
+{
+    return image->format == IMAGE_FORMAT_FLAT ? IMAGE_FLAT_BASE + IMAGE_FLAT_REGION
+                                              : image->span_end;
+}
+
 /* Protection page by page: segments may share one. A segment that is writable and executable is
  * mapped so, as a controller would: that it must not be is a rule's business, and nothing it holds
  * can do more than other module code. A page that code and data merely share is not writable. */
 static void plan_access(struct machine *machine, const struct image *image)
 {
     uint64_t first = first_page(image->span_begin);
-    uint64_t count = first_page(image->span_end) - first;
+    uint64_t count = first_page(machine->span_end) - first;
+
+    if (image->format == IMAGE_FORMAT_FLAT) {
+        const uint64_t file = end_page(image->span_begin + image->size) - first;
+
+        for (uint64_t page = 0; page < count; page++)
+            machine->page_access[page] =
+                (uint8_t)(PROT_READ | PROT_WRITE | (page < file ? PROT_EXEC : 0));
+        return;
+    }
 
     for (size_t i = 0; i < image->segment_count; i++) {
         const struct image_segment *segment = &image->segments[i];
@@ -84,13 +102,14 @@ static int protect(const struct machine *machine, bool filling)
 }
 
 /* What belongs to an executable page but to no segment must not run on as if it were code. */
-static void fill_slack(const struct machine *machine)
+static void fill_slack(const struct machine *machine, const struct image *image)
 {
+    const int fill = image->target == IMAGE_TARGET_ARM ? TRAP_FILL_ARM : TRAP_FILL_X86;
     size_t count = (machine->span_end - machine->span_begin) / PAGE;
 
     for (size_t page = 0; page < count; page++)
         if (machine->page_access[page] & PROT_EXEC)
-            memset(machine->hull + page * PAGE, TRAP_FILL, PAGE);
+            memset(machine->hull + page * PAGE, fill, PAGE);
 }
 
 static void copy_segments(const struct machine *machine, const struct image *image)
@@ -123,7 +142,7 @@ static void relocate(const struct machine *machine, const struct image *image)
 static int reserve_hull(struct machine *machine, const struct image *image,
                         struct machine_reservation *around, char why[MACHINE_WHY])
 {
-    const size_t size = image->span_end - image->span_begin + 2 * HULL_GUARD;
+    const size_t size = span_end_of(image) - image->span_begin + 2 * HULL_GUARD;
     const uint64_t wanted = image->base + image->span_begin - HULL_GUARD;
     int error;
 
@@ -146,7 +165,7 @@ static int reserve_hull(struct machine *machine, const struct image *image,
 int machine_map_image(struct machine *machine, const struct image *image, char why[MACHINE_WHY])
 {
     struct machine_region *region = machine_region_add(machine, "module");
-    size_t span = image->span_end - image->span_begin;
+    size_t span = span_end_of(image) - image->span_begin;
     int error = reserve_hull(machine, image, &region->around, why);
 
     if (error != 0)
@@ -154,7 +173,7 @@ int machine_map_image(struct machine *machine, const struct image *image, char w
     machine->region_count++;
     machine->hull = region->around.base + HULL_GUARD;
     machine->span_begin = image->span_begin;
-    machine->span_end = image->span_end;
+    machine->span_end = machine->span_begin + span;
     region->start = (uint64_t)machine->hull;
     region->size = span;
 
@@ -164,7 +183,7 @@ int machine_map_image(struct machine *machine, const struct image *image, char w
     plan_access(machine, image);
     error = protect(machine, true);
     if (error == 0) {
-        fill_slack(machine);
+        fill_slack(machine, image);
         copy_segments(machine, image);
         if (machine->config.poison)
             machine_poison(image, machine->hull, machine->config.poison, machine->config.seed);

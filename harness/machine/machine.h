@@ -63,6 +63,9 @@ enum machine_poison {
  */
 enum machine_kind { MACHINE_NATIVE, MACHINE_INSTRUMENTED };
 
+/* Address space that a worker needs to make an instrumented machine, of which little is used. */
+#define MACHINE_INSTRUMENTED_MEMORY (UINT64_C(3) << 30)
+
 struct machine_config {
     enum machine_kind kind;
     uint64_t seed;   /* what the module sees on entry is a function of it and of the next two */

@@ -83,6 +83,10 @@ void machine_poison(const struct image *image, uint8_t *hull, enum machine_poiso
 {
     const struct pattern pattern = { poison, seed };
 
+    /* Nobody clears what its file does not fill. */
+    if (image->format == IMAGE_FORMAT_FLAT)
+        poison_range(hull, image, image->span_begin + image->size,
+                     IMAGE_FLAT_BASE + IMAGE_FLAT_REGION, &pattern);
     for (size_t i = 0; i < image->segment_count; i++) {
         const struct image_segment *segment = &image->segments[i];
 

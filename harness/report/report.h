@@ -27,7 +27,10 @@ struct finding {
     char place[FINDING_TEXT]; /* "gantry.tgm+0x1a4 (Program_04) gantry.c:88", "" when it has none */
     char
         again[FINDING_TEXT]; /* command line that shows it again, "" when the file alone shows it */
-    const char *function;    /* entry function, NULL when it is not about one */
+    char debug[FINDING_TEXT]; /* the same run under a debugger, "" when there is none */
+    uint32_t plain_us;        /* Cycle_Time of the run it was in, if that was the usual one in all
+                                 else; 0: not */
+    const char *function;     /* entry function, NULL when it is not about one */
     bool has_address;
     uint64_t address; /* of the module, where it happened */
     char file[256];   /* source file as the compiler recorded it, "" when it is not known */
@@ -70,7 +73,7 @@ struct budget_report {
 /* How much of a function was executed, over all runs. */
 struct coverage_report {
     char name[64];            /* "Program_04", or another function of the module */
-    uint64_t executed, total; /* instructions, or bytes of code: one unit in a report */
+    uint64_t executed, total; /* bytes of code */
     char missed[256];         /* the first place that was not: "gantry.c:88"; "" when all was */
 };
 
@@ -89,7 +92,7 @@ struct timeline_event {
     bool has_cycle;
     uint64_t cycle;
     char source[32]; /* "Program_04", "bus" */
-    char text[256];
+    char text[FINDING_TEXT];
     uint64_t count; /* times it happened one after the other, at least 1 */
 };
 
@@ -101,6 +104,7 @@ struct timeline_report {
     struct timeline_event *events;
     size_t event_count;
     uint64_t dropped; /* events beyond those that are kept */
+    bool in_full;     /* of interest also where nothing but messages is in it */
 };
 
 /* A curve as buckets of equal length: least and greatest value of each, NaN where there is none. */
@@ -160,11 +164,37 @@ struct report {
 const char *severity_name(enum severity severity);
 const char *outcome_name(enum rule_outcome outcome);
 const char *verdict_name(enum verdict verdict);
+const char *timeline_name(enum timeline_kind kind);
+
+/* The module's file name, without folders. */
+const char *report_file_name(const struct report *report);
+
+/* The outcome of the rule decides the verdict: it is a "must", or a "should" and strict. */
+bool report_decides(const struct report *report, const struct rule_report *rule);
+/* It failed, decides, and nobody answers for it. */
+bool report_fails(const struct report *report, const struct rule_report *rule);
+
+/* Each rule counts in one of them; failed ones that do not decide are warned. */
+struct report_tally {
+    unsigned all, passed, failed, warned, waived, not_judged;
+};
+
+/* Of a group by name; NULL: of all. */
+void report_tally(const struct report *report, const char *group, struct report_tally *tally);
+
+/* worst / allowed, 0 when no limit is stated. */
+double budget_share(const struct budget_report *budget);
 
 /* For people. colour: escape sequences are used. The last line is "RESULT: ...". */
 void report_text(const struct report *report, FILE *stream, bool colour);
 
-/* Schema tgm-check/1 (docs/json.md). 0 or negative errno when the stream cannot be written. */
-int report_json(const struct report *report, FILE *stream);
+/*
+ * For machines, and for people with a browser. Each is written whole; wall times aside (junit), the
+ * same report gives the same bytes. 0 or negative errno when the stream cannot be written.
+ */
+int report_json(const struct report *report, FILE *stream);  /* tgm-check/1 (docs/json.md) */
+int report_junit(const struct report *report, FILE *stream); /* docs/reports.md */
+int report_sarif(const struct report *report, FILE *stream); /* 2.1.0 */
+int report_html(const struct report *report, FILE *stream);  /* one file, nothing beside it */
 
 #endif

@@ -7,6 +7,6 @@ tgm_prefix  := arm-none-eabi-
 tgm_flat    := yes
 tgm_cflags  := -DTGM_TEXT8 -DTGM_FLAT -marm -mcpu=cortex-a9 -mfpu=vfpv3 -mfloat-abi=hard -fno-common
 tgm_script  := $(TGM_SDK)/link/flat.ld
-tgm_sources := flat.c
+tgm_sources := flat.c arm.c
 tgm_ldflags := -nostdlib -static -marm -mcpu=cortex-a9 -mfpu=vfpv3 -mfloat-abi=hard -Wl,-T,$(TGM_SDK)/link/flat.ld \
     -Wl,--build-id=none -Wl,--fatal-warnings -Wl,--orphan-handling=error -Wl,--gc-sections -Wl,-z,max-page-size=4096

@@ -16,6 +16,8 @@ IMAGE_MODULES := $(addprefix $(IMAGE_DIR)/,six.so six_lld.so six_stripped.so six
 	six_nostack.so six_filter.so six.o six_exec six_pie six_i386.so six_arm.so six.dll \
 	start.so start_lld.so start_null.so old.so libc.so libc_lld.so \
 	six_arm_lld.so six_thumb.so six_arm_relr.so start_arm.so flat.elf flat.tgm.bin \
+	census.so census_arm.so census_stripped.so census_sizeless.so census.dll \
+	entry_idle.dll entry_writes.dll entry_calls.dll entry_loops.dll entry_asks.dll \
 	stack.so stack_back.so stack_i386.dll stack_arm.so six_pdata.dll \
 	$(foreach m,x86_64 i686,six_mingw_$m.dll six_mingw_$(m)_stripped.dll six_lld_$m.dll \
 	pe_mingw_$m.dll pe_lld_$m.dll pe_delay_$m.dll pe_ctors_$m.dll pe_exe_$m.exe))
@@ -91,6 +93,28 @@ $(IMAGE_DIR)/stack_arm.so: $(IMAGE_MODULE_SRC)/stack_arm.S
 $(IMAGE_DIR)/six_pdata.dll: $(IMAGE_SIX)
 	x86_64-w64-mingw32-gcc $(filter-out -fno-asynchronous-unwind-tables,$(IMAGE_MINGW_FLAGS)) -Wl,-e,0 \
 	    -Wl,--dynamicbase,--nxcompat $< sdk/link/pe64.def -o $@
+
+# --- instructions, and ways to them ---------------------------------------------------------------
+$(IMAGE_DIR)/census.so: $(IMAGE_MODULE_SRC)/census.S
+	gcc -shared -nostdlib -Wl,-Bsymbolic -Wl,-z,noexecstack $< -o $@
+$(IMAGE_DIR)/census_arm.so: $(IMAGE_MODULE_SRC)/census_arm.S
+	arm-linux-gnueabihf-gcc -shared -nostdlib -Wl,-Bsymbolic $< -o $@
+$(IMAGE_DIR)/census_stripped.so: $(IMAGE_DIR)/census.so
+	strip $< -o $@
+$(IMAGE_DIR)/census_sizeless.so: $(IMAGE_MODULE_SRC)/census.S
+	sed 's/\.size .*//' $< > $@.S
+	gcc -shared -nostdlib -Wl,-Bsymbolic -Wl,-z,noexecstack $@.S -o $@
+$(IMAGE_DIR)/census.dll: $(IMAGE_MODULE_SRC)/census.S
+	sed 's/\.size .*//; s/\.type .*//; s/, @progbits//; s/^ *\.section .note.*//' $< > $@.S
+	x86_64-w64-mingw32-gcc -nostdlib -shared -Wl,-e,0 -Wl,--no-insert-timestamp $@.S -o $@
+census_entry_idle := nop
+census_entry_writes := mov [rip + word], ecx
+census_entry_calls := call 1f
+census_entry_loops := loop DllMain
+census_entry_asks := syscall
+$(IMAGE_DIR)/entry_%.dll: $(IMAGE_MODULE_SRC)/census_entry.S
+	x86_64-w64-mingw32-gcc -nostdlib -shared -Wl,-e,DllMain -Wl,--no-insert-timestamp \
+	    '-DDEED=$(census_entry_$*)' $< -o $@
 
 # --- Arm -----------------------------------------------------------------------------------------
 IMAGE_ARM := arm-linux-gnueabihf-gcc -marm -march=armv7-a -mfpu=vfpv3-d16 $(IMAGE_CFLAGS) $(IMAGE_LINK)
