@@ -8,7 +8,7 @@
 #include "bus/spread.h"
 #include "host/host_parts.h"
 
-#define DEFAULT_CALLS 60
+#define DEFAULT_CALLS 100
 #define FIRST_CALLS   8     /* all of them: much happens once */
 #define EVERY_POINT   256   /* so far every instruction, then ever fewer */
 #define STEPS_MOST    50000 /* instructions of a call that are stepped */
