@@ -335,7 +335,7 @@ static void every_call_that_reaches_out_is_refused_and_named(void **state)
         ASKS(timer_create),
         ASKS(setitimer),
         ASKS(alarm),
-        ASKS(mprotect),
+        ASKS(msync),
         ASKS(pkey_mprotect),
         ASKS(remap_file_pages),
         ASKS(mlock),
