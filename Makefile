@@ -51,6 +51,7 @@ MACHINE_SRC := load.c poison.c regions.c call.c fault.c attribute.c watchdog.c s
     serve.c \
     reload.c \
     rehearse.c \
+    system_call.c \
     machine.c \
     instrumented.c \
     instrumented_call.c \

@@ -263,6 +263,15 @@ const struct report *check_report(const struct check *check)
     return &check->report;
 }
 
+unsigned check_lacks(const struct check *check)
+{
+    unsigned lacks = 0;
+    for (int i = 0; i < EXPERIMENT_COUNT; i++)
+        if (check->runs[i].ran)
+            lacks |= check->runs[i].result.worker.lacks;
+    return lacks;
+}
+
 void check_free(struct check *check)
 {
     if (check == NULL)

@@ -72,12 +72,13 @@ static void describe_fault(const struct machine_fault *fault, char *text, size_t
 void incident_describe(const struct evidence_incident *incident, char text[FINDING_TEXT])
 {
     const struct machine_fault *fault = &incident->fault;
-    char what[FINDING_TEXT / 2];
+    char what[FINDING_TEXT / 2], name_of_call[MACHINE_CALL_NAME];
     const char *name = entry_name(incident->entry);
     switch (incident->kind) {
     case MACHINE_SYSCALL:
-        snprintf(what, sizeof what, "called the operating system (system call %ld)",
-                 fault->syscall);
+        machine_system_call_name(fault->syscall, fault->syscall_i386, name_of_call);
+        snprintf(what, sizeof what, "called the operating system: %s (%ssystem call %ld)",
+                 name_of_call, fault->syscall_i386 ? "32-bit " : "", fault->syscall);
         break;
     case MACHINE_HANG:
         snprintf(what, sizeof what, "did not return within a second");

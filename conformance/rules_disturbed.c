@@ -62,6 +62,10 @@ static void judge_returns(const struct cycle_run *run)
         incident_place(incident, finding, run->file);
     }
     judge_end(run);
+    if (run->evidence->stage == EVIDENCE_FINISHED && run->evidence->incident_count == 0 &&
+        run->evidence->fault_count == 0)
+        finding_not_judged(run->findings, "experiment %s: nothing went wrong in it",
+                           run->experiment->name);
 }
 
 void check_disturbed_returns(const struct case_file *file, struct findings *findings)

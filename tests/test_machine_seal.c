@@ -12,18 +12,20 @@
 #include <sys/ptrace.h>
 #include <sys/socket.h>
 #include <sys/syscall.h>
+#include <time.h>
 #include <unistd.h>
 
 #include "machine/worker.h"
 #include "machine_fixture.h"
 
-#define MAX_CALLS 16
+#define MAX_CALLS 96
 
 /* One call of the module in the worker. */
 struct sealed_call {
     const char *function;
     uint64_t argument;  /* or, when words is set, the address of */
     uint64_t words[4];  /* what call_library wants: function and three arguments */
+    const char *name;   /* of the system call */
     bool parent;        /* argument is the parent's process number, known there only */
     const char *blamed; /* label: expected pc */
     long syscall;       /* expected number */
@@ -245,6 +247,214 @@ static void library_code_helps_the_module_no_further(void **state)
     }
 }
 
+#define ASKS(name_)                                                                                \
+    {                                                                                              \
+        .function = "call_library", .words = LIBRARY(syscall, SYS_##name_, 0, 0),                  \
+        .syscall = SYS_##name_, .name = #name_                                                     \
+    }
+
+/* Whatever reaches beyond the process, or makes it more than it is. */
+static void every_call_that_reaches_out_is_refused_and_named(void **state)
+{
+    static const struct sealed_call calls[] = {
+        ASKS(fork),
+        ASKS(clone),
+        ASKS(clone3),
+        ASKS(execveat),
+        ASKS(ptrace),
+        ASKS(process_vm_readv),
+        ASKS(kill),
+        ASKS(tkill),
+        ASKS(process_vm_writev),
+        ASKS(tgkill),
+        ASKS(pidfd_open),
+        ASKS(pidfd_send_signal),
+        ASKS(pidfd_getfd),
+        ASKS(setsid),
+        ASKS(rt_sigqueueinfo),
+        ASKS(setpgid),
+        ASKS(unshare),
+        ASKS(setns),
+        ASKS(setuid),
+        ASKS(setresuid),
+        ASKS(capset),
+        ASKS(prctl),
+        ASKS(seccomp),
+        ASKS(personality),
+        ASKS(open),
+        ASKS(openat),
+        ASKS(openat2),
+        ASKS(creat),
+        ASKS(unlink),
+        ASKS(rename),
+        ASKS(mkdir),
+        ASKS(truncate),
+        ASKS(ftruncate),
+        ASKS(mount),
+        ASKS(umount2),
+        ASKS(pivot_root),
+        ASKS(chroot),
+        ASKS(chdir),
+        ASKS(open_by_handle_at),
+        ASKS(read),
+        ASKS(pread64),
+        ASKS(pwrite64),
+        ASKS(sendfile),
+        ASKS(splice),
+        ASKS(copy_file_range),
+        ASKS(dup),
+        ASKS(dup2),
+        ASKS(fcntl),
+        ASKS(ioctl),
+        ASKS(close),
+        ASKS(memfd_create),
+        ASKS(socket),
+        ASKS(socketpair),
+        ASKS(sendmsg),
+        ASKS(connect),
+        ASKS(bind),
+        ASKS(sendto),
+        ASKS(shmget),
+        ASKS(shmat),
+        ASKS(msgget),
+        ASKS(mq_open),
+        ASKS(semget),
+        ASKS(io_uring_setup),
+        ASKS(io_setup),
+        ASKS(bpf),
+        ASKS(userfaultfd),
+        ASKS(keyctl),
+        ASKS(perf_event_open),
+        ASKS(setpriority),
+        ASKS(setrlimit),
+        ASKS(prlimit64),
+        ASKS(sched_setscheduler),
+        ASKS(rt_sigaction),
+        ASKS(timer_delete),
+        ASKS(sched_setaffinity),
+        ASKS(timer_create),
+        ASKS(setitimer),
+        ASKS(alarm),
+        ASKS(msync),
+        ASKS(pkey_mprotect),
+        ASKS(remap_file_pages),
+        ASKS(mlock),
+        ASKS(mlockall),
+        ASKS(modify_ldt),
+        ASKS(reboot),
+        ASKS(init_module),
+        ASKS(kexec_load),
+    };
+    struct worker_result result = in_worker(calls, COUNT(calls), NULL);
+    char name[MACHINE_CALL_NAME];
+
+    (void)state;
+    assert_int_equal(result.end, WORKER_DONE);
+    assert_int_equal(report->called, COUNT(calls));
+    for (size_t i = 0; i < COUNT(calls); i++) {
+        const struct machine_outcome *outcome = &report->outcomes[i];
+
+        if (outcome->kind != MACHINE_SYSCALL || outcome->fault.syscall != calls[i].syscall)
+            fail_msg("%s: outcome %d, system call %ld", calls[i].name, (int)outcome->kind,
+                     outcome->fault.syscall);
+        machine_system_call_name(outcome->fault.syscall, false, name);
+        assert_string_equal(name, calls[i].name);
+        assert_int_equal(outcome->fault.pc, label("call_library_back"));
+    }
+    machine_system_call_name(20, true, name);
+    assert_string_equal(name, "getpid");
+    machine_system_call_name(100000, false, name);
+    assert_string_equal(name, "unknown");
+}
+
+/* Allowed to the host's allocator, in its own way only. */
+static void memory_is_to_be_had_for_the_process_alone(void **state)
+{
+    const struct sealed_call calls[] = {
+        { .function = "call_library", .words = LIBRARY(syscall, SYS_madvise, 0, 0) },
+        { .function = "call_library", .words = LIBRARY(syscall, SYS_futex, 0, 6) },
+        { .function = "eat_memory", .words = { (uint64_t)(uintptr_t)mmap, 16u << 20 } },
+        { .function = "end_normally" },
+    };
+
+    (void)state;
+    assert_int_equal(in_worker(calls, COUNT(calls), NULL).end, WORKER_DONE);
+    if (!UNDER_ADDRESS_SANITIZER)
+        assert_int_equal(report->outcomes[0].kind, MACHINE_SYSCALL);
+    assert_int_equal(report->outcomes[1].kind, MACHINE_SYSCALL);
+    assert_int_equal(report->outcomes[2].kind, MACHINE_RETURNED);
+    assert_in_range(report->outcomes[2].value, 1, 64); /* of the 1 GiB that it may have */
+    assert_int_equal(report->outcomes[3].value, 7);
+}
+
+/* Where the kernel returns from handlers. */
+static uint64_t restorer(void)
+{
+    struct {
+        void *handler;
+        uint64_t flags;
+        void *restorer;
+        uint64_t mask;
+    } action = { .restorer = NULL };
+    struct sigaction mine, before;
+
+    memset(&mine, 0, sizeof mine);
+    mine.sa_handler = SIG_DFL;
+    sigaction(SIGUSR2, &mine, &before); /* the C library adds its restorer */
+    syscall(SYS_rt_sigaction, SIGUSR2, NULL, &action, sizeof action.mask);
+    return (uint64_t)(uintptr_t)action.restorer;
+}
+
+/* No watchdog can reach it: the parent can. */
+static void module_that_keeps_every_signal_out_ends_with_its_time(void **state)
+{
+    const struct sealed_call call = { .function = "spin_without_signals", .argument = restorer() };
+    struct image *image = fixture_image("hostile");
+    struct sealed_run run = { image, &call, 1, getpid(), NULL };
+    const struct worker_limits limits = { .wall_ns = 1000000000u };
+    struct worker_result result;
+
+    (void)state;
+    assert_true(call.argument != 0);
+    assert_int_equal(worker_run(run_sealed, &run, report, &limits, collect, NULL, true, &result),
+                     0);
+    assert_int_equal(result.end, WORKER_TIMEOUT);
+    image_close(image);
+}
+
+static void module_that_unmaps_the_hosts_memory_kills_only_its_worker(void **state)
+{
+    struct sealed_call call = { .function = "call_library" };
+    struct worker_result result;
+
+    (void)state;
+    call.words[0] = (uint64_t)(uintptr_t)munmap;
+    call.words[1] = (uint64_t)(uintptr_t)report & ~UINT64_C(4095);
+    call.words[2] = sizeof *report;
+    /* The block moves when it is made anew: to the same place, as nothing else was mapped. */
+    result = in_worker(&call, 1, NULL);
+    if ((uint64_t)(uintptr_t)report == call.words[1]) {
+        assert_int_equal(result.end, WORKER_KILLED);
+        assert_true(result.value == SIGSEGV || result.value == SIGBUS);
+    }
+}
+
+/* Nothing is asked of the kernel: rules about the file look for it (sandbox.h). */
+static void clocks_that_need_no_system_call_are_not_seen(void **state)
+{
+    static struct timespec now;
+    const struct sealed_call calls[] = {
+        { .function = "read_clock" },
+        { .function = "call_library", .words = LIBRARY(clock_gettime, CLOCK_MONOTONIC, &now, 0) },
+    };
+
+    (void)state;
+    assert_int_equal(in_worker(calls, COUNT(calls), NULL).end, WORKER_DONE);
+    assert_int_equal(report->outcomes[0].kind, MACHINE_RETURNED);
+    assert_int_equal(report->outcomes[1].kind, MACHINE_RETURNED);
+    assert_int_equal(report->outcomes[1].value, 0);
+}
+
 static int use_memory(struct machine *machine)
 {
     char *block = malloc(100), *large;
@@ -427,6 +637,11 @@ int main(void)
     };
     const struct CMUnitTest native[] = {
         cmocka_unit_test(library_code_helps_the_module_no_further),
+        cmocka_unit_test(every_call_that_reaches_out_is_refused_and_named),
+        cmocka_unit_test(memory_is_to_be_had_for_the_process_alone),
+        cmocka_unit_test(module_that_keeps_every_signal_out_ends_with_its_time),
+        cmocka_unit_test(module_that_unmaps_the_hosts_memory_kills_only_its_worker),
+        cmocka_unit_test(clocks_that_need_no_system_call_are_not_seen),
         cmocka_unit_test(module_that_ends_the_process_is_not_done),
         cmocka_unit_test(module_that_destroys_the_host_kills_only_its_worker),
     };

@@ -13,6 +13,7 @@
 #include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
+#include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/syscall.h>
 #include <sys/time.h>
@@ -300,6 +301,55 @@ static void worker_gives_up_what_it_inherits(void **state)
 }
 
 /* Numbered words, in pieces of odd sizes. */
+static int look_around(void *argument, void *shared, int pipe_fd)
+{
+    struct block *seen = shared;
+    char network[64] = "";
+    struct rlimit limit;
+
+    (void)argument, (void)pipe_fd;
+    seen->notes[0] = getuid();
+    if (readlink("/proc/self/ns/net", network, sizeof network - 1) < 0)
+        return 1;
+    seen->notes[1] = strtol(strchr(network, '[') + 1, NULL, 10);
+    getrlimit(RLIMIT_CPU, &limit);
+    seen->notes[2] = (int64_t)limit.rlim_max;
+    seen->notes[3] = socket(AF_INET, SOCK_STREAM, 0) == -1 ? errno : 0;
+    return 0;
+}
+
+/* Each layer is there, or the parent hears that it is not. */
+static void worker_is_nobody_and_has_no_network_where_the_kernel_allows_it(void **state)
+{
+    char network[64] = "";
+    struct worker_result result = run(look_around, &ample);
+
+    (void)state;
+    assert_int_equal(result.end, WORKER_DONE);
+    assert_true(readlink("/proc/self/ns/net", network, sizeof network - 1) > 0);
+    if ((result.lacks & WORKER_USER_NAMESPACE) == 0)
+        assert_int_equal(block->notes[0], 65534);
+    if ((result.lacks & WORKER_NETWORK_NAMESPACE) == 0)
+        assert_int_not_equal(block->notes[1], strtol(strchr(network, '[') + 1, NULL, 10));
+    assert_int_equal(block->notes[2], 22);
+    assert_int_equal(block->notes[3], EPERM);
+    for (unsigned i = 0; i < WORKER_LAYERS; i++)
+        if (result.lacks >> i & 1)
+            print_message("  the kernel does not give %s\n", worker_layer_name(i));
+    assert_null(worker_layer_name(WORKER_LAYERS));
+}
+
+static void worker_that_runs_in_real_time_keeps_its_user(void **state)
+{
+    const struct worker_limits limits = { .wall_ns = 20000000000u, .real_time = true };
+    struct worker_result result = run(look_around, &limits);
+
+    (void)state;
+    assert_int_equal(result.end, WORKER_DONE);
+    assert_int_equal(block->notes[0], getuid());
+    assert_int_equal(block->notes[3], EPERM);
+}
+
 static int send_bulk(void *argument, void *shared, int pipe_fd)
 {
     static uint32_t words[BULK_TOTAL / 4];
@@ -560,6 +610,8 @@ int main(void)
         WORKER(worker_has_no_other_way_into_the_kernel),
         WORKER(worker_stays_one_process),
         WORKER(worker_gives_up_what_it_inherits),
+        WORKER(worker_is_nobody_and_has_no_network_where_the_kernel_allows_it),
+        WORKER(worker_that_runs_in_real_time_keeps_its_user),
         WORKER(bulk_data_arrives_whole_and_in_order),
         WORKER(last_burst_of_a_worker_is_kept),
         WORKER(what_was_sent_before_a_timeout_is_kept),

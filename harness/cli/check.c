@@ -62,6 +62,22 @@ static int tell(const struct command *command, struct report_files *files, struc
     return status;
 }
 
+/* The verdict is the same; who judges hostile modules wants to know all the same. */
+static void tell_lacks(const struct check *check)
+{
+    const unsigned lacks = check_lacks(check);
+    const char *separator = "";
+    if (lacks == 0)
+        return;
+    fprintf(stderr, "tgm check: note: this kernel does not give the sandbox ");
+    for (unsigned i = 0; worker_layer_name(i) != NULL; i++)
+        if ((lacks >> i & 1) != 0) {
+            fprintf(stderr, "%s%s", separator, worker_layer_name(i));
+            separator = ", ";
+        }
+    fprintf(stderr, "; the system call filter stands without\n");
+}
+
 static int run(const struct command *command, const struct check_options *options,
                struct report_files *files, bool no_colour)
 {
@@ -77,6 +93,7 @@ static int run(const struct command *command, const struct check_options *option
         report_files_drop(files);
         return complain(command, "%s", why);
     }
+    tell_lacks(check);
     const int status = tell(command, files, check, stream, no_colour);
     if (captures->error != 0 &&
         captures->error != -EBADMSG) /* that one is the worker's, and told */

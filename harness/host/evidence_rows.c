@@ -288,7 +288,7 @@ static const struct evidence_row evidence[] = {
 static const struct evidence_row worker[] = {
     { VALUE(worker_result, end) },     { VALUE(worker_result, value) },
     { VALUE(worker_result, wall_ns) }, { VALUES(worker_result, reason) },
-    { NULL, 0, 0, 0, NULL },
+    { VALUE(worker_result, lacks) },   { NULL, 0, 0, 0, NULL },
 };
 
 const struct evidence_row evidence_result_rows[] = {

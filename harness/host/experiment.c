@@ -393,6 +393,7 @@ int experiment_run(const struct experiment *experiment, const struct image *imag
         .wall_ns = experiment->wall_ns != 0
                        ? experiment->wall_ns
                        : wall_limit(experiment, is_instrumented(experiment, image)),
+        .real_time = experiment->real_clock,
         .memory_bytes = is_instrumented(experiment, image) ? MACHINE_INSTRUMENTED_MEMORY : 0,
     };
     r = worker_run(body, job, shared, &limits, progress != NULL || bulk ? relay : NULL, forward,

@@ -109,7 +109,7 @@ enum preempt_mode {
 struct host_preempt {
     enum preempt_mode mode;
     uint64_t at;    /* AT: the instruction; TRIED: cycles that the calls are spread over */
-    uint32_t calls; /* TRIED: of each function, about so many; 0 = 60 */
+    uint32_t calls; /* TRIED: of each function, about so many; 0 = 100 */
 };
 
 struct host_config {

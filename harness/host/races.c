@@ -8,7 +8,7 @@
 #include "bus/spread.h"
 #include "host/host_parts.h"
 
-#define DEFAULT_CALLS 60
+#define DEFAULT_CALLS 100
 #define FIRST_CALLS   8     /* all of them: much happens once */
 #define EVERY_POINT   256   /* so far every instruction, then ever fewer */
 #define STEPS_MOST    50000 /* instructions of a call that are stepped */
@@ -94,9 +94,13 @@ static uint64_t at_write(void *argument, uint64_t pc, uint64_t instructions)
 static bool rehearse(struct host *host, enum entry entry)
 {
     struct machine_outcome outcome;
+    const uint64_t services = machine_services(host->machine);
     machine_interrupt_next(host->machine, 0, at_write, host);
     const bool returns = call(host, entry, &outcome);
-    races_find_touched(host->races); /* and what host services wrote for it */
+    /* And what host services wrote for it, or it did itself when it was not watched any more. */
+    if (machine_services(host->machine) != services || !returns ||
+        machine_instructions(host->machine) >= STEPS_MOST)
+        races_find_touched(host->races);
     races_back_to_start(host);
     return returns;
 }
@@ -205,5 +209,6 @@ void races_try(struct host *host, enum entry entry)
     for (int i = 0; i < ATTEMPTS && !all; i++)
         all = try_points(host);
     races->tried_calls++;
+    host->evidence->entry = entry;
     tell(host);
 }

@@ -62,10 +62,12 @@ struct races {
     size_t touched_count;
     bool *is_touched;
 
-    /* What host services change lies here. */
+    /* What host services change lies here; nothing else does, while calls are tried. */
     struct host *host_start, *host_middle;
     struct evidence *evidence_start, *evidence_middle;
-    uint64_t services; /* entered, as the host stands at present */
+    uint64_t services;    /* entered when the host was last kept or put back */
+    bool is_start;        /* as it was at the start then */
+    bool middle_is_start; /* what it was in the middle is what it was at the start */
 
     enum entry entry, by;
     uint64_t instructions, pc; /* the point that is tried */

@@ -64,9 +64,9 @@ int races_state_open(struct host *host)
     add_ranges(host, races);
     races->touched = calloc(races->piece_count, sizeof *races->touched);
     races->is_touched = calloc(races->piece_count, sizeof *races->is_touched);
-    races->host_start = malloc(sizeof *host);
+    races->host_start = calloc(1, sizeof *host);
     races->host_middle = malloc(sizeof *host);
-    races->evidence_start = malloc(sizeof *host->evidence);
+    races->evidence_start = calloc(1, sizeof *host->evidence);
     races->evidence_middle = malloc(sizeof *host->evidence);
     return open_arenas(races) && races->touched != NULL && races->is_touched != NULL &&
                    races->host_start != NULL && races->host_middle != NULL &&
@@ -109,20 +109,29 @@ void races_copy(const struct races *races, char *arena)
     }
 }
 
+/* From one call to the next little changes: it is quicker to look than to copy. */
+static void refresh(void *copy, const void *of, size_t size)
+{
+    for (size_t at = 0; at < size; at += RACES_PIECE) {
+        const size_t part = size - at < RACES_PIECE ? size - at : RACES_PIECE;
+        if (memcmp((char *)copy + at, (const char *)of + at, part) != 0)
+            memcpy((char *)copy + at, (const char *)of + at, part);
+    }
+}
+
 void races_keep_start(struct host *host)
 {
     struct races *races = host->races;
     for (size_t i = 0; i < races->piece_count; i++)
-        memcpy(races->start + i * RACES_PIECE, races->pieces[i].at, races->pieces[i].size);
+        refresh(races->start + i * RACES_PIECE, races->pieces[i].at, races->pieces[i].size);
     if (races->touched_count > TOUCHED_LONG) {
         races->touched_count = 0;
         memset(races->is_touched, 0, races->piece_count);
     }
-    *races->host_start = *host;
-    *races->evidence_start = *host->evidence;
-    *races->host_middle = *host;
-    *races->evidence_middle = *host->evidence;
+    refresh(races->host_start, host, sizeof *host);
+    refresh(races->evidence_start, host->evidence, sizeof *host->evidence);
     races->services = machine_services(host->machine);
+    races->is_start = races->middle_is_start = true;
 }
 
 static bool served(const struct host *host)
@@ -139,6 +148,7 @@ void races_keep_middle(struct host *host)
     *races->host_middle = *host;
     *races->evidence_middle = *host->evidence;
     races->services = machine_services(host->machine);
+    races->is_start = races->middle_is_start = false;
 }
 
 void races_memory_of_start(const struct races *races)
@@ -150,11 +160,12 @@ void races_back_to_start(struct host *host)
 {
     struct races *races = host->races;
     put_back(races, races->start);
-    *host = *races->host_start;
-    *host->evidence = *races->evidence_start;
-    *races->host_middle = *host;
-    *races->evidence_middle = *host->evidence;
+    if (served(host) || !races->is_start) {
+        *host = *races->host_start;
+        *host->evidence = *races->evidence_start;
+    }
     races->services = machine_services(host->machine);
+    races->is_start = races->middle_is_start = true;
 }
 
 void races_back_to_middle(struct host *host)
@@ -163,8 +174,8 @@ void races_back_to_middle(struct host *host)
     put_back(races, races->middle);
     if (!served(host))
         return;
-    *host = *races->host_middle;
-    *host->evidence = *races->evidence_middle;
+    *host = races->middle_is_start ? *races->host_start : *races->host_middle;
+    *host->evidence = races->middle_is_start ? *races->evidence_start : *races->evidence_middle;
     races->services = machine_services(host->machine);
 }
 

@@ -5,6 +5,7 @@
 #include <fcntl.h>
 #include <linux/capability.h>
 #include <linux/seccomp.h>
+#include <sched.h>
 #include <signal.h>
 #include <stdio.h>
 #include <string.h>
@@ -15,6 +16,7 @@
 
 #include "machine/confine.h"
 #include "machine/filter.h"
+#include "machine/worker.h"
 
 enum { KEEP_FD = 3, REPORT_FD = 4, FIRST_UNUSED_FD = 5, FD_LIMIT = 16 };
 
@@ -30,7 +32,14 @@ static const int denied[] = {
     SYS_tkill,      SYS_rt_sigqueueinfo, SYS_rt_tgsigqueueinfo,
     SYS_pidfd_open, SYS_setrlimit,       SYS_pidfd_send_signal,
     SYS_kexec_load, SYS_reboot,          SYS_io_uring_setup,
-    SYS_bpf,        SYS_userfaultfd,
+    SYS_bpf,        SYS_userfaultfd,     SYS_io_uring_enter,
+    SYS_socket,     SYS_socketpair,      SYS_perf_event_open,
+    SYS_mount,      SYS_umount2,         SYS_pivot_root,
+    SYS_chroot,     SYS_keyctl,          SYS_add_key,
+    SYS_iopl,       SYS_ioperm,          SYS_open_by_handle_at,
+    SYS_kcmp,       SYS_init_module,     SYS_finit_module,
+    SYS_acct,       SYS_request_key,     SYS_delete_module,
+    SYS_swapon,     SYS_swapoff,         SYS_process_madvise,
 };
 
 static void default_signals(void)
@@ -46,16 +55,36 @@ static void default_signals(void)
     sigprocmask(SIG_SETMASK, &none, NULL);
 }
 
-/* A worker of root is to be no more than anybody's, except for running in real time. */
-static int drop_capabilities(void)
+/*
+ * Away from the network, from System V IPC, and from everybody's user numbers: in a user namespace
+ * without a mapping it is nobody. That one takes away priorities and locked memory, too, and is not
+ * for workers that run in real time. Where the kernel forbids them the rest has to do: the
+ * filter lets no socket be made either.
+ */
+static unsigned leave_namespaces(bool real_time)
 {
+    unsigned lacks = 0;
+
+    if (!real_time && unshare(CLONE_NEWUSER) != 0)
+        lacks |= WORKER_USER_NAMESPACE;
+    if (unshare(CLONE_NEWNET) != 0)
+        lacks |= WORKER_NETWORK_NAMESPACE;
+    if (unshare(CLONE_NEWIPC | CLONE_NEWUTS) != 0)
+        lacks |= WORKER_IPC_NAMESPACE;
+    return lacks;
+}
+
+/* A worker of root is to be no more than anybody's, except for running in real time. */
+static int drop_capabilities(bool real_time)
+{
+    const uint32_t allowed = real_time ? 1u << CAP_SYS_NICE | 1u << CAP_IPC_LOCK : 0;
     struct __user_cap_header_struct header = { _LINUX_CAPABILITY_VERSION_3, 0 };
     struct __user_cap_data_struct data[_LINUX_CAPABILITY_U32S_3];
 
     if (syscall(SYS_capget, &header, data) != 0)
         return errno;
     for (int i = 0; i < _LINUX_CAPABILITY_U32S_3; i++) {
-        uint32_t keep = i == 0 ? 1u << CAP_SYS_NICE | 1u << CAP_IPC_LOCK : 0;
+        uint32_t keep = i == 0 ? allowed : 0;
 
         data[i].permitted &= keep;
         data[i].effective &= keep;
@@ -136,7 +165,7 @@ static int limit_to(int resource, uint64_t value)
     return setrlimit((unsigned)resource, &limit) != 0 ? errno : 0;
 }
 
-static int set_limits(uint64_t in_use, uint64_t memory_bytes)
+static int set_limits(uint64_t in_use, uint64_t memory_bytes, uint64_t cpu_seconds)
 {
     const struct {
         int resource;
@@ -148,6 +177,8 @@ static int set_limits(uint64_t in_use, uint64_t memory_bytes)
         { RLIMIT_NPROC, 0 }, /* the filter sees to it, too */
         { RLIMIT_MEMLOCK, memory_bytes },
         { RLIMIT_MSGQUEUE, 0 },
+        /* Should the parent be kept from killing it. */
+        { RLIMIT_CPU, cpu_seconds != 0 ? cpu_seconds : RLIM_INFINITY },
     };
     int error = 0;
 
@@ -190,9 +221,11 @@ int confine(struct confinement *confinement)
     in_use = address_space();
     error = arrange_fds(confinement);
     if (error == 0)
-        error = set_limits(in_use, confinement->memory_bytes);
+        error = set_limits(in_use, confinement->memory_bytes, confinement->cpu_seconds);
     if (error == 0)
-        error = drop_capabilities();
+        confinement->lacks = leave_namespaces(confinement->real_time);
+    if (error == 0)
+        error = drop_capabilities(confinement->real_time);
     if (error == 0)
         error = bind_to_parent(confinement->parent);
     return error != 0 ? error : filter_calls();

@@ -237,6 +237,11 @@ bool machine_service_caller(const struct machine *machine, uint64_t *pc);
  * process. */
 int machine_seal(struct machine *machine, int evidence_fd, char why[MACHINE_WHY]);
 
+/* "write", "kill": the name of a system call (machine_fault.syscall and syscall_i386), "unknown" for
+ * what has none. Allocates. */
+#define MACHINE_CALL_NAME 32
+void machine_system_call_name(long number, bool i386, char name[MACHINE_CALL_NAME]);
+
 /* Measures elapsed_ns of each call when on (costs two clock reads a call). Off at start. */
 void machine_timing(struct machine *machine, bool on);
 

@@ -7,15 +7,20 @@
  *
  * From anywhere else in the process (host code, or library code that the module jumped into): what
  * the table in sandbox.c lists. Those calls open nothing, start nothing, reach no other process and
- * make nothing executable. Anything else is refused in the same way: while a module call is
- * active it is the call's outcome, otherwise it is a defect of the harness and ends the process
- * with SIGSYS, which the parent sees as WORKER_KILLED.
+ * make nothing executable. Files are locked a second time (Landlock), where the kernel can.
+ * Anything else is refused in the same way: while a module call is active it is the call's outcome,
+ * otherwise it is a defect of the harness and ends the process with SIGSYS, which the parent sees
+ * as WORKER_KILLED.
  *
  * Not caught here, because no system call is involved: rdtsc, rdtscp, rdpmc, cpuid, rdrand and
  * other unprivileged instructions that are not repeatable, and functions of the vDSO such as
  * clock_gettime(), should a module find it. The static rules look for those. (rdtsc could be made
  * to trap with PR_SET_TSC, but the host's own clock reads through the vDSO use it.) The legacy
  * vsyscall page is caught: its calls pass the filter and none of them is allowed.
+ *
+ * Not prevented: a module that finds the C library's way out of signal handlers can make up a
+ * signal frame that blocks every signal, and spin: the watchdog does not reach it, the parent's
+ * time limit does (WORKER_TIMEOUT: not judged, never passed).
  *
  * Not prevented either: the module can write to whatever memory of its process it finds. It then
  * spoils its own evidence or crashes its worker; that is why the worker is a process, and why the

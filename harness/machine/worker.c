@@ -31,12 +31,14 @@
 #define TICK_NS        50000000ull
 #define POLL_NS        2000000ull /* between looks at the child where there is no pidfd */
 #define DEFAULT_MEMORY (1ull << 30)
+#define CPU_MORE       2 /* s of processor time beyond the wall time */
 #define BULK_BYTES     65536
 
 /* Page shared between parent and child. The child's word is taken for nothing but this. */
 struct last_words {
     uint64_t cookie[2];
     int value; /* of body() */
+    unsigned lacks;
     char reason[WORKER_REASON];
 };
 
@@ -108,6 +110,7 @@ static __attribute__((noreturn)) void child_main(const struct run *run, const st
     }
     close(confinement->report_fd);
     own_words = run->words;
+    run->words->lacks = confinement->lacks;
     value = job->body(job->argument, job->shared, confinement->keep_fd);
     run->words->value = value;
     run->words->cookie[0] = run->cookie[0];
@@ -229,6 +232,20 @@ void worker_say(const char *reason)
     own_words->reason[i] = '\0';
 }
 
+void worker_lacks(enum worker_layer layer)
+{
+    if (own_words != NULL)
+        own_words->lacks |= layer;
+}
+
+const char *worker_layer_name(unsigned index)
+{
+    static const char *const names[WORKER_LAYERS] = { "a user namespace", "a network namespace",
+                                                      "an IPC namespace", "Landlock" };
+
+    return index < WORKER_LAYERS ? names[index] : NULL;
+}
+
 /* Whatever is in the page, a line comes out. */
 static void take_reason(const struct run *run, struct worker_result *result)
 {
@@ -244,6 +261,7 @@ static void judge(const struct run *run, bool timed_out, int status, struct work
 {
     result->wall_ns = now_ns() - run->begin_ns;
     result->value = 0;
+    result->lacks = run->words->lacks & ((1u << WORKER_LAYERS) - 1);
     take_reason(run, result);
     if (timed_out) {
         result->end = WORKER_TIMEOUT;
@@ -278,6 +296,12 @@ static int open_pipe(int fds[2], bool read_without_waiting)
     return 0;
 }
 
+static uint64_t cpu_seconds(const struct worker_limits *limits)
+{
+    return limits->wall_ns / 1000000000u > UINT32_MAX ? 0
+                                                      : limits->wall_ns / 1000000000u + CPU_MORE;
+}
+
 /* Forks. No signal handler of the parent may run in the child: all signals wait until the child has
  * its own dispositions. */
 static int make_child(struct run *run, const struct job *job, int bulk_fd, int setup_fd)
@@ -285,6 +309,8 @@ static int make_child(struct run *run, const struct job *job, int bulk_fd, int s
     uint64_t memory = job->limits->memory_bytes;
     struct confinement confinement = { .parent = getpid(),
                                        .memory_bytes = memory != 0 ? memory : DEFAULT_MEMORY,
+                                       .cpu_seconds = cpu_seconds(job->limits),
+                                       .real_time = job->limits->real_time,
                                        .keep_fd = bulk_fd,
                                        .report_fd = setup_fd };
     sigset_t all, before;

@@ -26,6 +26,16 @@ enum worker_end {
 
 #define WORKER_REASON 160
 
+/* Layers of the confinement that a kernel or a container may forbid. Without them the system call
+ * filter stands alone. */
+enum worker_layer {
+    WORKER_USER_NAMESPACE = 1 << 0,    /* nobody's user number */
+    WORKER_NETWORK_NAMESPACE = 1 << 1, /* no network */
+    WORKER_IPC_NAMESPACE = 1 << 2,     /* no System V IPC of others */
+    WORKER_LANDLOCK = 1 << 3           /* no file by any way, once sealed */
+};
+#define WORKER_LAYERS 4
+
 struct worker_result {
     enum worker_end end;
     int value;
@@ -33,11 +43,13 @@ struct worker_result {
     char reason[WORKER_REASON]; /* what the child said last about itself (worker_say), "" when
                                    nothing: one printable line, but untrusted: for people to read
                                    only */
+    unsigned lacks; /* enum worker_layer that were not to be had: as the child says, not trusted */
 };
 
 struct worker_limits {
     uint64_t wall_ns;      /* time to live; UINT64_MAX: no end */
     uint64_t memory_bytes; /* RLIMIT_AS above what the process has at fork; 0 = 1 GiB */
+    bool real_time;        /* keeps priorities and locked memory, and with them the user number */
 };
 
 /*
@@ -47,8 +59,10 @@ struct worker_limits {
  * From the start the child can make no process or thread, run no program, signal or trace nobody
  * and raise none of its limits: those calls fail with EPERM. Descriptors other than 0, 1, 2
  * (/dev/null) and pipe_fd are closed; about ten more may be opened. Signals have their default
- * actions. Root's child keeps no privilege but real-time priorities and locking memory. What body
- * needs from files it reads before machine_seal(), or better, the parent before the fork.
+ * actions. Root's child keeps no privilege (real_time: but priorities and locking memory), and is
+ * nobody, without a network, where the kernel allows that. Processor time is limited to what
+ * wall_ns allows and two seconds more. What body needs from files it reads before machine_seal(),
+ * or better, the parent before the fork.
  */
 typedef int worker_body(void *argument, void *shared, int pipe_fd);
 
@@ -71,6 +85,11 @@ int worker_run(worker_body *body, void *argument, void *shared, const struct wor
 /* In the child: leaves a word on why it is about to end, for worker_result.reason. The latest
  * counts. Fit for signal handlers; does nothing outside a worker. */
 void worker_say(const char *reason);
+
+/* In a child: a layer was not to be had, for worker_result.lacks. */
+void worker_lacks(enum worker_layer layer);
+/* "a user namespace": what a bit of it is, for people. By index, NULL past the end. */
+const char *worker_layer_name(unsigned index);
 
 /* Zeroed memory shared with children made later; NULL when there is none. */
 void *worker_block(size_t size);

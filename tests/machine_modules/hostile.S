@@ -133,6 +133,59 @@ function where_is_fill_memory
 function hang
         jmp     hang
 
+/* rdi: { mmap, bytes }; how many such blocks it got. */
+function eat_memory
+        push    %rbx
+        push    %r12
+        push    %r13
+        mov     %rdi, %rbx
+        xor     %r12d, %r12d
+1:      xor     %edi, %edi
+        mov     8(%rbx), %rsi
+        mov     $3, %edx                /* PROT_READ | PROT_WRITE */
+        mov     $0x22, %ecx             /* MAP_PRIVATE | MAP_ANONYMOUS */
+        mov     $-1, %r8
+        xor     %r9d, %r9d
+        call    *(%rbx)
+        cmp     $-1, %rax
+        je      2f
+        inc     %r12
+        cmp     $100000, %r12
+        jb      1b
+2:      mov     %r12, %rax
+        pop     %r13
+        pop     %r12
+        pop     %rbx
+        ret
+
+/* rdi: the C library's way out of signal handlers. A frame of no signal, whose mask has them all. */
+function spin_without_signals
+        mov     %rdi, %rdx
+        sub     $1024, %rsp
+        and     $-64, %rsp
+        mov     %rsp, %rdi
+        xor     %eax, %eax
+        mov     $128, %ecx
+        rep stosq
+        movq    $6, (%rsp)              /* the stack segment is meant */
+        lea     -4096(%rsp), %rax
+        mov     %rax, 160(%rsp)         /* rsp */
+        lea     hang(%rip), %rax
+        mov     %rax, 168(%rsp)         /* rip */
+        movq    $0x202, 176(%rsp)
+        movw    %cs, 184(%rsp)
+        movw    %ss, 190(%rsp)
+        movq    $-1, 296(%rsp)          /* the mask */
+        jmp     *%rdx
+
+/* Difference of two readings of the processor's clock. */
+function read_clock
+        rdtsc
+        mov     %eax, %ecx
+        rdtsc
+        sub     %ecx, %eax
+        ret
+
 function end_normally
         mov     $7, %eax
         ret
