@@ -34,6 +34,7 @@ IMAGE_SRC := image.c image_sort.c image_text.c elf.c elf_kinds.c elf_header.c el
     code_arm.c \
     code_map.c \
     code_x86.c \
+    code_operands.c \
     code_special.c \
     census.c \
     census_bytes.c \
@@ -50,7 +51,6 @@ MACHINE_SRC := load.c poison.c regions.c call.c fault.c attribute.c watchdog.c s
     serve.c \
     reload.c \
     rehearse.c \
-    operands.c \
     machine.c \
     instrumented.c \
     instrumented_call.c \
@@ -130,6 +130,7 @@ LAYOUT_SRC := measure.c \
     races.c \
     races_judge.c \
     races_state.c \
+    unable.c \
     rewind.c \
     host.c host_rows.c memories.c services.c timers.c servo.c dio.c \
     motion.c \
@@ -193,6 +194,7 @@ CONFORMANCE_SRC := profile.c rules.c findings.c incidents.c rules_file.c rules_s
     rules_file_runtime.c \
     rules_machine.c \
     rules_preempted.c \
+    rules_disturbed.c \
     again.c \
     archive_open.c \
     archive_save.c \
@@ -221,6 +223,7 @@ ROOM_OBJ := $(addprefix $(BUILD)/obj/harness/image/,$(IMAGE_SRC:.c=.o)) \
     $(addprefix $(BUILD)/obj/harness/host/,$(HOST_SRC:.c=.o)) $(LAYOUTS:%=$(BUILD)/obj/harness/host_%.o) \
     $(addprefix $(BUILD)/obj/harness/report/,$(REPORT_SRC:.c=.o)) \
     $(addprefix $(BUILD)/obj/conformance/,$(CONFORMANCE_SRC:.c=.o)) \
+    $(BUILD)/obj/conformance/faults.o \
     $(addprefix $(BUILD)/obj/soem/,$(SOEM_SRC:.c=.o))
 CLI_OBJ  := $(addprefix $(BUILD)/obj/harness/cli/,$(CLI_SRC:.c=.o))
 
@@ -276,6 +279,7 @@ FUZZERS := fuzz_image fuzz_text \
     fuzz_certificate \
     fuzz_config \
     fuzz_text16 \
+    fuzz_evidence \
     fuzz_path
 .PHONY: fuzz
 fuzz: $(addprefix $(BUILD)/fuzz/,$(FUZZERS)) ## fuzz the readers of module files and fault scripts, the SDK's text and the bus segment for FUZZ_SECONDS each (default 300)
@@ -371,6 +375,7 @@ $(BUILD)/obj/%.o: %.c | $(BUILD)/.deps
 	$(Q)$(CC) $(ALL_CFLAGS) -c -o $@ $<
 
 $(BUILD)/obj/harness/bus/terminals.o: $(TERMINALS)
+$(BUILD)/obj/conformance/faults.o: $(wildcard conformance/faults/*.faults)
 
 $(BUILD)/obj/harness/report/style.o: harness/report/report.css
 
@@ -412,6 +417,11 @@ $(BUILD)/fuzz/fuzz_certificate: tests/fuzz_certificate.c $(addprefix conformance
 	$(Q)$(FUZZ_CC) -o $@ $(filter %.c,$^) -ljansson -lsodium
 
 $(BUILD)/fuzz/fuzz_text16: tests/fuzz_text16.c harness/host/text16.c harness/machine/arguments.c | $(BUILD)/.deps-test
+	@mkdir -p $(@D)
+	@echo "  FUZZ   $@"
+	$(Q)$(FUZZ_CC) -o $@ $(filter %.c,$^) -lm
+
+$(BUILD)/fuzz/fuzz_evidence: tests/fuzz_evidence.c $(addprefix harness/host/,evidence.c evidence_file.c evidence_rows.c audit.c sketch.c product.c catalogue.c) conformance/waivers.c | $(BUILD)/.deps-test
 	@mkdir -p $(@D)
 	@echo "  FUZZ   $@"
 	$(Q)$(FUZZ_CC) -o $@ $(filter %.c,$^) -lm

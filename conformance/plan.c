@@ -60,6 +60,7 @@ static void plan_one(const struct check_options *options, const struct product *
     if (options->around != NULL)
         e->host = *options->around;
     e->host.product = product;
+    planned->inapplicable = planned->inapplicable || (row->usual_bus && options->around != NULL);
     if (options->around == NULL)
         e->host.cycle_us = row->cycle_us != 0 ? row->cycle_us : product->default_cycle_us;
     else

@@ -42,8 +42,18 @@ struct experiment_row {
     bool instrumented;   /* on the instrumented machine */
     bool traced;         /* there, and every access is written down (host/audit.h) */
     struct host_preempt preempt; /* how Program_01 to 03 are interrupted */
+    bool usual_bus;              /* not under a configuration: its script is for plant_default */
     const char *faults; /* script of what goes wrong on the bus (docs/faults.md); NULL: nothing */
 };
+
+/* faults.S */
+extern const char faults_lost_frame[], faults_lost_frames[], faults_late_frames[],
+    faults_short_counter[], faults_cable[], faults_slave_reset[], faults_al_error[],
+    faults_watchdog[], faults_drive_fault[], faults_stuck_input[], faults_clock_drift[],
+    faults_drive_power[], faults_terminal_power[], faults_mailbox[];
+
+/* How long a disturbed experiment is. */
+#define DISTURBED_MS 1500
 
 /* What an experiment became for this product and call. */
 struct planned {

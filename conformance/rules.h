@@ -40,20 +40,36 @@
 #define ON_DATA_SIZES (EXPERIMENT_SET(DATA_LESS) | EXPERIMENT_SET(DATA_MORE))
 #define ON_COUNTERS                                                                                \
     (EXPERIMENT_SET(COUNTERS) | EXPERIMENT_SET(COUNTERS_ZERO) | EXPERIMENT_SET(COUNTERS_FAR))
-#define ON_RESTART    EXPERIMENT_SET(RESTART)
-#define ON_INI_BODY   EXPERIMENT_SET(TRACED_500)
+#define ON_RESTART  EXPERIMENT_SET(RESTART)
+#define ON_INI_BODY EXPERIMENT_SET(TRACED_500)
 #define ON_TRACED                                                                                  \
     (EXPERIMENT_SET(TRACED_250) | EXPERIMENT_SET(TRACED_500) | EXPERIMENT_SET(TRACED_1000))
-#define ON_GOOD_RUNS  (ON_START | ON_CYCLES)
-#define ON_PREEMPTED  EXPERIMENT_SET(PREEMPTED)
-#define ON_SCENARIOS  (UINT64_C(1) << 63) /* none of experiments.def: those that the user brings */
+#define ON_GOOD_RUNS (ON_START | ON_CYCLES)
+/* The calm run is what a disturbed one is held against. */
+#define ON_DISTURBED                                                                               \
+    (EXPERIMENT_SET(LOST_FRAME) | EXPERIMENT_SET(LOST_FRAMES) | EXPERIMENT_SET(LATE_FRAMES) |      \
+     EXPERIMENT_SET(SHORT_COUNTER) | EXPERIMENT_SET(CABLE) | EXPERIMENT_SET(SLAVE_RESET) |         \
+     EXPERIMENT_SET(AL_ERROR) | EXPERIMENT_SET(WATCHDOG) | EXPERIMENT_SET(DRIVE_FAULT) |           \
+     EXPERIMENT_SET(STUCK_INPUT) | EXPERIMENT_SET(CLOCK_DRIFT) | EXPERIMENT_SET(DRIVE_POWER) |     \
+     EXPERIMENT_SET(TERMINAL_POWER) | EXPERIMENT_SET(MAILBOX))
+#define ON_CALM      EXPERIMENT_SET(CYCLE_500)
+#define ON_PREEMPTED EXPERIMENT_SET(PREEMPTED)
+#define ON_SCENARIOS (UINT64_C(1) << 63) /* none of experiments.def: those that the user brings */
 
 static inline bool experiment_in(uint64_t set, int id)
 {
     return (set >> id & 1) != 0;
 }
 
-enum rule_group { GROUP_FILE, GROUP_START, GROUP_CYCLE, GROUP_DISTURBED, GROUP_PREEMPTED, GROUP_MACHINE, GROUP_COUNT };
+enum rule_group {
+    GROUP_FILE,
+    GROUP_START,
+    GROUP_CYCLE,
+    GROUP_DISTURBED,
+    GROUP_PREEMPTED,
+    GROUP_MACHINE,
+    GROUP_COUNT
+};
 
 /* An experiment of experiments.def and what became of it. */
 struct case_run {
@@ -126,6 +142,10 @@ void finding_place(struct finding *finding, const struct case_file *file, uint64
  */
 const struct evidence *case_evidence(const struct case_file *file, enum experiment_id id,
                                      struct findings *findings);
+/* An emulated CPU lacks an instruction that the module executed in the run, which says nothing of
+ * the module: not judged, with the place. */
+bool case_unsupported(const struct case_file *file, enum experiment_id id,
+                      struct findings *findings);
 /* Of the cycles, too: not judged when the run ended before its last cycle. */
 void case_complete(const struct case_file *file, enum experiment_id id, struct findings *findings);
 const struct experiment *case_experiment(const struct case_file *file, enum experiment_id id);

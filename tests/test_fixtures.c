@@ -64,7 +64,7 @@ static struct check_scenario scenario_of(const char *id, char path[512])
         if (scenario_read(&scenario, text, size, path, catalogue_find(4, 0), why) != 0)
             fail_msg("%s", why);
     }
-    return (struct check_scenario){ scenario, path };
+    return (struct check_scenario){ .scenario = scenario, .path = path };
 }
 
 static void print_findings(const struct report *report)

@@ -91,6 +91,8 @@ void evidence_clean(struct evidence *evidence)
     clean_entry(&evidence->entry);
     for (unsigned i = 0; i < ENTRY_COUNT; i++)
         clean_bool(&evidence->calls[i].disabled);
+    for (unsigned i = 0; i < EVIDENCE_AXES; i++)
+        clean_bool(&evidence->unable[i].fault);
     clean_bool(&evidence->all_op);
     clean_bool(&evidence->eeprom.saved);
     clean_bool(&evidence->instrumented);

@@ -110,6 +110,17 @@ struct evidence_fault {
     char text[BUS_FAULT_TEXT];
 };
 
+/* An axis that was to move, and could not: its drive reported a fault, or was not in OP, or did not
+ * answer, after it had been in OP. (unable.c) */
+struct evidence_unable {
+    uint64_t cycles; /* in which it was so */
+    uint64_t driven; /* of them, UNABLE_GRACE_NS after it began and later: its set-point moved on */
+    uint64_t cycle;  /* the first of these; and what was so then */
+    uint32_t al_state;
+    bool fault;
+    double distance; /* inc: from the axis to its set-point */
+};
+
 /* How far a scenario got. */
 enum evidence_play {
     PLAY_NONE,     /* there was none */
@@ -178,6 +189,8 @@ struct evidence {
     double axis_position[EVIDENCE_AXES]; /* inc */
     bool all_op;
     struct evidence_calls calls[ENTRY_COUNT];
+    uint64_t called_cycle[ENTRY_COUNT]; /* of the latest call of each */
+    struct evidence_unable unable[EVIDENCE_AXES];
 
     unsigned incident_count; /* stored; all that happened are stored, a function is disabled by its
                                 first */

@@ -193,6 +193,16 @@ static const struct evidence_row audit[] = {
     { NULL, 0, 0, 0, NULL },
 };
 
+static const struct evidence_row unable[] = {
+    { VALUE(evidence_unable, cycles) },
+    { VALUE(evidence_unable, driven) },
+    { VALUE(evidence_unable, cycle) },
+    { VALUE(evidence_unable, al_state) },
+    { VALUE(evidence_unable, fault) },
+    { VALUE(evidence_unable, distance) },
+    { NULL, 0, 0, 0, NULL },
+};
+
 static const struct evidence_row word[] = {
     { VALUE(evidence_word, memory) }, { VALUE(evidence_word, bit) },
     { VALUE(evidence_word, offset) }, { VALUE(evidence_word, first) },
@@ -235,6 +245,8 @@ static const struct evidence_row evidence[] = {
     { VALUES(evidence, axis_position) },
     { VALUE(evidence, all_op) },
     { PARTS(evidence, calls, calls) },
+    { VALUES(evidence, called_cycle) },
+    { PARTS(evidence, unable, unable) },
     { VALUE(evidence, incident_count) },
     { PARTS(evidence, incidents, incident) },
     { VALUE(evidence, message_count) },

@@ -172,6 +172,7 @@ bool host_call(struct host *host, enum entry entry)
         return false;
     evidence->entry = entry;
     evidence->stage = EVIDENCE_CALLING;
+    evidence->called_cycle[entry] = evidence->cycle;
     host->preempt.called |= 1u << entry;
     if (host->races != NULL)
         races_try(host, entry);

@@ -70,8 +70,10 @@ struct axis {
     bool seen;       /* raw is valid */
     double sent;     /* last set-point sent, inc */
     double sent_speed;
-    bool tracking; /* the set-point follows the axis because it is not enabled */
-    bool asked;    /* it was to be enabled when the outputs left */
+    bool tracking;          /* the set-point follows the axis because it is not enabled */
+    bool asked;             /* it was to be enabled when the outputs left */
+    uint64_t unable_cycles; /* unable.c: in a row; and where its set-point was in the latest */
+    double unable_at;
 
     /* safety.c: the stop that is being carried out, 0: none; and its set-point. */
     uint32_t stopping;
@@ -219,6 +221,7 @@ struct host {
 extern const struct host_part *const host_parts[];
 extern const struct host_part host_scope;
 extern const struct host_part host_scene;
+extern const struct host_part host_unable;
 extern const struct host_part host_watch;
 extern const struct host_part host_timers, host_servo, host_capture, host_motion, host_dio;
 extern const struct host_part host_digest;

@@ -12,6 +12,7 @@ const struct host_part *const host_parts[] = {
     &host_interpolator, /* its positions are set-points of the servos */
     &host_watch,        /* what is about to leave */
     &host_servo,
+    &host_unable,
     &host_capture,
     &host_motion,
     &host_dio,
