@@ -105,7 +105,7 @@ run "$tgm" verify "$module" "$cert" --key "$work/plant.pub"
 expect "a module as certificate" 1 "NOT VERIFIED" "no signed statement"
 
 # every 7th byte of the certificate here; tests/test_certificate.c takes every bit
-run python3 - "$tgm" "$cert" "$module" "$work/plant.pub" "$work/tampered" <<'EOF'
+script "$tgm" "$cert" "$module" "$work/plant.pub" "$work/tampered" <<'EOF'
 import subprocess, sys
 tgm, cert, module, key, tampered = sys.argv[1:]
 original = open(cert, "rb").read()
@@ -153,7 +153,7 @@ verify "$cert" "$module" "$work/plant.pub" "$work"
 expect "a folder without evidence" 2 "manifest.json"
 
 # --- what others make of it -----------------------------------------------------------------------
-run python3 - "$cert" "$work" "$module" "$evidence" <<'EOF'
+script "$cert" "$work" "$module" "$evidence" <<'EOF'
 import base64, hashlib, json, sys
 cert, work, module, evidence = sys.argv[1:]
 sha256 = lambda path: hashlib.sha256(open(path, "rb").read()).hexdigest()
@@ -182,7 +182,7 @@ if command -v openssl >/dev/null 2>&1; then
     expect "a key that openssl made signs" 0
     run "$tgm" verify "$work/theirs.cert" "$module" --key "$work/theirs.pub"
     expect "and verifies" 0 "VERIFIED"
-    run python3 - "$cert" "$work/theirs.cert" <<'EOF'
+    script "$cert" "$work/theirs.cert" <<'EOF'
 import base64, json, sys
 def statement(path):
     parts = json.loads(base64.b64decode(json.load(open(path))["payload"]))
