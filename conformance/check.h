@@ -28,7 +28,8 @@ struct check_options {
     const char *tool;  /* "tgm 0.1.0" */
     const struct profile *profile;
     uint64_t seed;
-    bool instrumented; /* every experiment on the instrumented machine, not only those that need it
+    bool instrumented; /* every experiment that can on the instrumented machine, not only those that
+                        * need it
                         */
     unsigned jobs;     /* experiments that run at the same time; 0: one for each core */
     uint64_t cycles;   /* of each cycle experiment; 0 = CHECK_SECONDS of machine time */

@@ -155,7 +155,7 @@ int chronicle_timeline(struct timeline_report *timeline, const struct experiment
     if (experiment->cycles > 0)
         snprintf(timeline->about, sizeof timeline->about, "Cycle_Time %u us, %" PRIu64 " cycles%s",
                  experiment->host.cycle_us, evidence->cycles_done,
-                 experiment->instrumented ? ", instrumented" : "");
+                 evidence->instrumented ? ", instrumented" : "");
     else
         snprintf(timeline->about, sizeof timeline->about, "Program_Ini alone");
     timeline->seconds = (double)evidence->time_ns * 1e-9;

@@ -71,7 +71,9 @@ static void plan_one(const struct check_options *options, const struct product *
     e->host.mutation = row->mutation;
     e->poison = row->poison;
     e->places = row->places;
-    e->instrumented = row->instrumented || options->instrumented;
+    /* Interrupts are tried on this computer's processor alone. */
+    e->instrumented =
+        row->instrumented || (options->instrumented && row->preempt.mode == PREEMPT_NONE);
     e->traced = row->traced;
     if (row->data_bytes != 0)
         e->host.data_bytes = row->data_bytes;

@@ -14,7 +14,8 @@
 struct suite {
     const char *name; /* "cert-1" */
     uint64_t seed;
-    bool instrumented; /* module code never runs on the processor that judges it */
+    bool instrumented; /* wherever its rules decide the verdict, module code never runs on the
+                          processor that judges it */
 };
 
 /* NULL past the end; the last one is what `tgm certify` uses. */

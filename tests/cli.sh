@@ -14,7 +14,7 @@ run "$tgm" check "$module" --json "$work/report.json"
 expect "the template passes" 0 "profile pc4 (TG Motion 4.21, ids 4033/904)"
 last_line "the last line is the verdict" "^RESULT: PASS ([0-9]* passed, 0 failed, 0 not judged) profile=pc4 seed=0x1d2f sha256=[0-9a-f]\{64\}$"
 lacks "no colours on a pipe" "$(printf '\033')"
-run python3 - "$work/report.json" "$module" <<'EOF'
+script "$work/report.json" "$module" <<'EOF'
 import hashlib, json, sys
 r = json.load(open(sys.argv[1]))
 assert r["schema"] == "tgm-check/1" and r["tool"].startswith("tgm "), r
@@ -209,7 +209,7 @@ for cycle in 250 1000; do
     run "$tgm" run "$module" --for 1s --cycle $cycle
     expect "run at $cycle us" 0 "cycle $((1000000 / cycle)) of"
 done
-run python3 - "$tgm" "$module" <<'EOF'
+script "$tgm" "$module" <<'EOF'
 import subprocess, sys
 # The carriage must have homed and travelled between 1 and 6 revolutions from the home switch.
 rows = subprocess.run([sys.argv[1], "run", sys.argv[2], "--for", "10s", "--record",
@@ -392,7 +392,7 @@ run "$tgm" run "$module" --for 200ms --pcap "$work/a.pcap"
 expect "run --pcap" 0 "cycle 400 of 400"
 run "$tgm" run "$module" --for 200ms --pcap "$work/b.pcap"
 cmp -s "$work/a.pcap" "$work/b.pcap" && pass "equal seeds give equal captures" || fail "equal seeds give equal captures"
-run python3 - "$work/a.pcap" <<'EOF'
+script "$work/a.pcap" <<'EOF'
 import struct, sys
 data = open(sys.argv[1], "rb").read()
 magic, major, minor, zone, sigfigs, snap, link = struct.unpack_from("<IHHiIII", data)

@@ -25,7 +25,7 @@ took=$((($(date +%s%N) - began) / 1000000))
 [ "$took" -ge 1000 ] && pass "a second takes a second" || fail "a second took $took ms"
 run "$tgm" run "$module" --for 1s --clock real --record MAIN.Servo_Tick,MAIN.Act_Timer_CycleTime --csv "$work/real.csv"
 expect "real clock with a recording" 0
-run python3 - "$work/real.csv" <<'EOF'
+script "$work/real.csv" <<'EOF'
 import sys
 rows = [line.split(",") for line in open(sys.argv[1]).read().split()[1:]]
 assert [int(r[1]) for r in rows] == list(range(1, 2001)), "a tick a cycle"

@@ -52,7 +52,7 @@ expect "a bound for each function, and why there is none" 0 \
     "and more    recursive    a function is called again before it has returned:  recursive+0x1" \
     "and more    alloca       the stack pointer moves by an amount computed at run time:  alloca+0x3"
 run "$tgm" inspect "$modules/stack.so" --json "$work/stack.json"
-run python3 - "$work/stack.json" <<'EOF'
+script "$work/stack.json" <<'EOF'
 import json, sys
 r = json.load(open(sys.argv[1]))
 s = {e["name"]: e["stack"] for e in r["exports"]}
@@ -74,7 +74,7 @@ for kind in c:elf64 c:pe64 c:pe32 c:tgmmini c:tgmcontroller c:tgzmotion cpp:elf6
         "$(sha256sum "$file" | cut -d' ' -f1)"
     lacks "$kind: nothing is unknown" "not known"
     lacks "$kind: every size is there" " ? "
-    run python3 - "$work/template.json" "$count" <<'EOF'
+    script "$work/template.json" "$count" <<'EOF'
 import json, sys
 r = json.load(open(sys.argv[1]))
 names = ["Program_01", "Program_02", "Program_03", "Program_04", "Program_05", "Program_Ini"]
@@ -96,7 +96,7 @@ cp "$out" "$work/elf.json"
 run "$tgm" inspect --json - "$modules/flat.tgm.bin"
 cp "$out" "$work/flat.json"
 "$tgm" inspect "$modules/six_i386.so" --json "$work/bad.json" >/dev/null
-run python3 - "$work" "$modules" <<'EOF'
+script "$work" "$modules" <<'EOF'
 import hashlib, json, sys
 work, modules = sys.argv[1:]
 pe, elf, flat, bad = (json.load(open(f"{work}/{n}.json")) for n in ("pe", "elf", "flat", "bad"))

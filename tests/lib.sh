@@ -14,6 +14,12 @@ run() {
     "$@" >"$out" 2>"$err" </dev/null || status=$?
 }
 
+# script ARGUMENT...: the Python program on standard input, run in the same way
+script() {
+    cat >"$work/script.py"
+    run python3 "$work/script.py" "$@"
+}
+
 pass() {
     passed=$((passed + 1))
     [ -z "${VERBOSE:-}" ] || echo "ok      $1"

@@ -43,6 +43,7 @@ test  tshark         dissects captures
 test  iproute2       virtual cables between the simulated bus and other masters
 test  python3-jsonschema holds SARIF reports against their schema
 test  python3-venv   pysoem, one of those masters
+test  openssl        holds keys and signatures of certificates against another implementation
 test  procps         looks for processes that a hostile module left behind
 EOF
 }

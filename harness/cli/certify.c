@@ -48,8 +48,8 @@ static int sign(const struct call *call, const struct report *report, const stru
     const int status = write_certificate(call, text);
     free(text);
     if (status == EXIT_OK)
-        printf("%s  signed for %s with key %s\n", call->certificate, certificate.profile,
-               key->public_half.id);
+        printf("%s  signed for %s with key %s\n%s  the evidence; who has it can judge again\n",
+               call->certificate, certificate.profile, key->public_half.id, call->evidence);
     return status;
 }
 
@@ -59,7 +59,8 @@ static int judge_and_sign(const struct call *call, const struct secret_key *key)
     struct check *check;
     struct check_options options = { .path = call->module,
                                      .tool = "tgm " TGM_VERSION_TEXT,
-                                     .profile = profile_or_complain(call->command, call->profile) };
+                                     .profile = profile_or_complain(call->command, call->profile),
+                                     .evidence = call->evidence };
     if (options.profile == NULL)
         return EXIT_CALL;
     suite_apply(suite_latest(), &options);

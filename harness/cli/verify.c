@@ -7,6 +7,7 @@
 #include "cli/cli.h"
 #include "cli/program.h"
 #include "conformance/certificate.h"
+#include "conformance/check.h"
 #include "conformance/rule_book.h"
 #include "report/markup.h"
 
@@ -60,17 +61,34 @@ static int check_module(const struct call *call, const struct certificate *certi
                   call->module, hash, certificate->module);
 }
 
+/* Every byte of it is what was signed for, and judged again it gives the same verdict. */
 static int check_evidence(const struct call *call, const struct certificate *certificate)
 {
-    char path[4096], hash[FILE_HASH];
+    char path[4096], hash[FILE_HASH], why[CHECK_WHY];
+    struct check *check;
     if (call->evidence == NULL)
         return EXIT_OK;
-    snprintf(path, sizeof path, "%s/manifest.json", call->evidence);
+    if (snprintf(path, sizeof path, "%s/manifest.json", call->evidence) >= (int)sizeof path)
+        return complain(call->command, "the name is too long");
     const int r = file_hash(path, hash);
     if (r != 0)
         return complain(call->command, "cannot read '%s': %s", path, strerror(-r));
     if (strcmp(hash, certificate->evidence) != 0)
-        return refuse("%s was changed, or is of another check", path);
+        return refuse("%s was changed, or is of another check: its sha256 is %s, the certificate "
+                      "is for %s",
+                      path, hash, certificate->evidence);
+    if (check_again(&check, call->evidence, &(struct check_changes){ .rules = NULL }, why) != 0)
+        return refuse("%s: %s", call->evidence, why);
+    const struct report *report = check_report(check);
+    const bool same = strcmp(report->sha256, certificate->module) == 0 &&
+                      strcmp(report->evidence, certificate->evidence) == 0;
+    const enum verdict verdict = report->verdict;
+    check_free(check);
+    if (!same)
+        return refuse("%s is the evidence of another module", call->evidence);
+    if (verdict != VERDICT_PASS)
+        return refuse("%s: judged again by this program it gives %s", call->evidence,
+                      verdict_name(verdict));
     return EXIT_OK;
 }
 
@@ -99,7 +117,8 @@ static void tell(const struct call *call, const struct certificate *certificate,
              strcmp(book, certificate->rule_book) == 0 ? "" : " (not that of this program)");
     line("profile", text);
     snprintf(text, sizeof text, "%s%s", certificate->evidence,
-             call->evidence != NULL ? ", unchanged" : ", not looked at (--evidence DIR)");
+             call->evidence != NULL ? ", unchanged; judged again: PASS"
+                                    : ", not looked at (--evidence DIR)");
     line("evidence", text);
     line("signed by", key->id);
     printf("VERIFIED: this module passed %s, and nothing was changed since\n",
