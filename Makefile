@@ -34,6 +34,7 @@ IMAGE_SRC := image.c image_sort.c image_text.c elf.c elf_kinds.c elf_header.c el
     code_arm.c \
     code_map.c \
     code_x86.c \
+    code_operands.c \
     code_special.c \
     census.c \
     census_bytes.c \
@@ -50,7 +51,6 @@ MACHINE_SRC := load.c poison.c regions.c call.c fault.c attribute.c watchdog.c s
     serve.c \
     reload.c \
     rehearse.c \
-    operands.c \
     machine.c \
     instrumented.c \
     instrumented_call.c \
@@ -97,6 +97,7 @@ HOST_SRC := realtime.c shm.c product.c schedule.c extent.c servo_wire.c \
     servo_select.c \
     audit.c \
     config.c config_keys.c config_check.c \
+    coverage.c \
     digest.c \
     evidence_file.c \
     evidence_rows.c \
@@ -203,6 +204,7 @@ CONFORMANCE_SRC := profile.c rules.c findings.c incidents.c rules_file.c rules_s
     cases.c \
     certificate.c \
     chronicle.c \
+    chronicle_coverage.c \
     chronicle_plot.c \
     envelope.c \
     keys.c \

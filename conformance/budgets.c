@@ -65,11 +65,26 @@ static int tightest(const struct case_file *file, enum entry entry)
     return best;
 }
 
+/* A traced run ended in the function, so that no call of it was counted. */
+static bool is_uncounted(const struct case_file *file, enum entry entry)
+{
+    for (int id = 0; id < EXPERIMENT_COUNT; id++)
+        for (unsigned i = 0;
+             is_usable(file, id) && i < file->runs[id].result.evidence.incident_count; i++)
+            if (file->runs[id].result.evidence.incidents[i].entry == entry)
+                return true;
+    return false;
+}
+
 static bool fill(const struct case_file *file, enum entry entry, struct budget_report *out)
 {
     const int id = tightest(file, entry);
-    if (id < 0)
-        return false;
+    if (id < 0) {
+        *out = (struct budget_report){ .name = entry_name(entry),
+                                       .unit = "us",
+                                       .reason = "no call of it was counted to its end" };
+        return is_uncounted(file, entry);
+    }
     const struct experiment *experiment = &file->runs[id].plan.experiment;
     const struct audit_function *function = &file->runs[id].result.evidence.audit.functions[entry];
     *out = (struct budget_report){

@@ -11,6 +11,23 @@ const struct experiment *case_experiment(const struct case_file *file, enum expe
     return &file->runs[id].plan.experiment;
 }
 
+bool case_unsupported(const struct case_file *file, enum experiment_id id,
+                      struct findings *findings)
+{
+    const struct evidence *evidence = &file->runs[id].result.evidence;
+    for (unsigned i = 0; i < evidence->incident_count; i++) {
+        const struct evidence_incident *incident = &evidence->incidents[i];
+        struct finding where = { .count = 0 };
+        if (incident->kind != MACHINE_UNSUPPORTED)
+            continue;
+        incident_place(incident, &where, file);
+        finding_not_judged(findings, "the emulated CPU lacks an instruction of %s: %s",
+                           entry_name(incident->entry), where.place);
+        return true;
+    }
+    return false;
+}
+
 const struct evidence *case_evidence(const struct case_file *file, enum experiment_id id,
                                      struct findings *findings)
 {
@@ -34,7 +51,7 @@ const struct evidence *case_evidence(const struct case_file *file, enum experime
                                                                : "the worker failed");
         return NULL;
     }
-    return &result->evidence;
+    return case_unsupported(file, id, findings) ? NULL : &result->evidence;
 }
 
 /* The experiment was played to its end: every cycle, or until no function could be called any more.

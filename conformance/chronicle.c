@@ -232,7 +232,7 @@ static int add_all(struct chronicle *chronicle, const struct case_file *file)
         if (file->scenarios[i].ran)
             r = add_plot(chronicle, file->scenarios[i].name, &file->scenarios[i].experiment,
                          &file->scenarios[i].result.evidence.sketch);
-    return r;
+    return r == 0 ? chronicle_coverage(chronicle, file) : r;
 }
 
 int chronicle_make(struct chronicle *chronicle, const struct case_file *file)
@@ -256,5 +256,6 @@ void chronicle_free(struct chronicle *chronicle)
         chronicle_plot_free(&chronicle->plots[i]);
     free(chronicle->timelines);
     free(chronicle->plots);
+    free(chronicle->coverage);
     *chronicle = (struct chronicle){ 0 };
 }

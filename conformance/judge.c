@@ -39,6 +39,9 @@ static int tell(struct check *check, const struct case_file *file)
     report->timeline_count = check->chronicle.timeline_count;
     report->plots = check->chronicle.plots;
     report->plot_count = check->chronicle.plot_count;
+    report->coverage = check->chronicle.coverage;
+    report->coverage_count = check->chronicle.coverage_count;
+    report->coverage_reason = check->chronicle.coverage_reason;
     return r;
 }
 

@@ -151,6 +151,10 @@ void finding_place(struct finding *finding, const struct case_file *file, uint64
  */
 const struct evidence *case_evidence(const struct case_file *file, enum experiment_id id,
                                      struct findings *findings);
+/* An emulated CPU lacks an instruction that the module executed in the run, which says nothing of
+ * the module: not judged, with the place. */
+bool case_unsupported(const struct case_file *file, enum experiment_id id,
+                      struct findings *findings);
 /* Of the cycles, too: not judged when the run ended before its last cycle. */
 void case_complete(const struct case_file *file, enum experiment_id id, struct findings *findings);
 const struct experiment *case_experiment(const struct case_file *file, enum experiment_id id);

@@ -85,6 +85,8 @@ static void judge(const struct case_file *file, enum incident_class class,
             finding_not_judged(findings, "%s", file->cannot_run);
             continue;
         }
+        if (case_unsupported(file, (enum experiment_id)id, findings))
+            continue;
         const struct evidence *evidence = &file->runs[id].result.evidence;
         for (unsigned i = 0; i < evidence->incident_count; i++)
             if (class_of(file->image, &evidence->incidents[i]) == class)

@@ -10,29 +10,12 @@
 #include "conformance/budgets.h"
 #include "conformance/rules_cycle.h"
 
-/* The instrumented CPU lacks an instruction of the module's: nothing of the run is judged. */
-static bool unsupported(const struct cycle_run *run)
-{
-    struct finding place = { .count = 0 };
-    for (unsigned i = 0; i < run->evidence->incident_count; i++) {
-        const struct evidence_incident *incident = &run->evidence->incidents[i];
-        if (incident->kind != MACHINE_UNSUPPORTED)
-            continue;
-        incident_place(incident, &place, run->file);
-        finding_not_judged(run->findings,
-                           "the emulated CPU that sees every access lacks an instruction of %s: %s",
-                           entry_name(incident->entry), place.place);
-        return true;
-    }
-    return false;
-}
-
 void cycle_each_traced(const struct case_file *file, cycle_judge *judge, struct findings *findings)
 {
     for (int id = 0; id < EXPERIMENT_COUNT; id++) {
         struct cycle_run run;
         if (!experiment_in(ON_TRACED, id) ||
-            !cycle_run_open(&run, file, (enum experiment_id)id, findings) || unsupported(&run))
+            !cycle_run_open(&run, file, (enum experiment_id)id, findings))
             continue;
         judge(&run);
         case_complete(file, (enum experiment_id)id, findings);

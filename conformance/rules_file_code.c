@@ -116,8 +116,7 @@ static const char *const limit_texts[] = {
         "a call through a pointer may reach a function again that has not returned",
     [IMAGE_STACK_JUMP] = "a jump through a pointer or table could not be followed",
     [IMAGE_STACK_VARIABLE] =
-        "the stack pointer moves by what is computed at run time (alloca, array of variable "
-        "length)",
+        "the stack pointer moves by what is computed at run time (alloca, array of any length)",
     [IMAGE_STACK_LOOP] = "the stack grows with each turn of a loop",
     [IMAGE_STACK_UNBALANCED] = "more is taken off the stack than was put on",
     [IMAGE_STACK_CODE] = "control reaches what is no instruction of the file",

@@ -5,6 +5,7 @@
 
 #include <setjmp.h>
 #include <stdarg.h>
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -94,10 +95,12 @@ static inline void *place(const struct fixture *fixture, const char *name)
 static inline struct machine_outcome call(const struct fixture *fixture, const char *function,
                                           void *argument)
 {
+    const uint64_t vaddr = at(fixture, function);
+    const bool thumb = image_export(fixture->image, function)->thumb;
     struct machine_outcome outcome;
 
     memset(&outcome, 0xee, sizeof outcome);
-    machine_call(fixture->machine, at(fixture, function), argument, &outcome);
+    machine_call(fixture->machine, vaddr | thumb, argument, &outcome);
     return outcome;
 }
 

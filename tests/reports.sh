@@ -42,6 +42,21 @@ for name, verdict in ("good", "PASS"), ("bad", "FAIL"):
     assert int(suites.get("tests")) == len(ids) and int(suites.get("failures")) == len(wrong)
 EOF
 expect "all forms say the same of every rule" 0
+run python3 - "$work/good.json" <<'EOF'
+import json, sys
+report = json.load(open(sys.argv[1]))
+coverage = {row["name"]: row for row in report["coverage"]}
+for name in "Program_Ini", "Program_01", "Program_04":
+    assert 0 < coverage[name]["executed"] <= coverage[name]["total"], coverage[name]
+assert coverage["Program_05"]["executed"] == coverage["Program_05"]["total"]
+assert "missed" not in coverage["Program_05"]
+assert coverage["Program_04"]["missed"].split(":")[0].endswith("shuttle.c")
+budgets = {row["name"]: row for row in report["budgets"]}
+assert 0 < budgets["Program_04"]["worst"] < budgets["Program_04"]["allowed"], budgets
+runs = {run["name"]: run for run in report["runs"]}
+assert any(event["text"].endswith("is in OP") for event in runs["cycle-500"]["events"])
+EOF
+expect "budgets, coverage and runs are in the report" 0
 run python3 - "$work/bad.sarif" <<'EOF'
 import json, sys
 run = json.load(open(sys.argv[1]))["runs"][0]

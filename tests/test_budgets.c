@@ -57,10 +57,12 @@ static void configured_periods_count(void **state)
 
 static void instructions_are_time_at_the_rate_of_the_product(void **state)
 {
-    const struct experiment pc = at("pc4", 500), controller = at("tgmcontroller", 500);
+    const struct experiment pc = at("pc4", 500), controller = at("tgmcontroller", 500),
+                            mini = at("tgmmini", 500);
     (void)state;
     assert_true(near(budget_us(&pc, 2500), 2.5));
     assert_true(near(budget_us(&controller, 2400), 8));
+    assert_true(near(budget_us(&mini, 2400), 8));
 }
 
 static void the_table_shows_the_tightest_run(void **state)

@@ -127,6 +127,45 @@ static void curves_that_never_move_are_left_out(void **state)
     chronicle_plot_free(&plot);
 }
 
+/* --- coverage --------------------------------------------------------------------------------- */
+
+static void coverage_of_runs_adds_up(void **state)
+{
+    static struct coverage one, two, all;
+    const uint8_t first[] = { 0x0F, 0x00 }, second[] = { 0xF0, 0x01 };
+    (void)state;
+    memset(&all, 0, sizeof all);
+    coverage_take(&one, first, 0x1000, 0x1010);
+    coverage_take(&two, second, 0x1000, 0x1010);
+    coverage_add(&all, &one);
+    assert_int_equal(coverage_count(&all, 0x1000, 16), 4);
+    assert_int_equal(coverage_gap(&all, 0x1000, 16), 0x1004);
+    coverage_add(&all, &two);
+    assert_int_equal(coverage_count(&all, 0x1000, 16), 9);
+    assert_int_equal(coverage_gap(&all, 0x1000, 8), 0x1008);
+    assert_int_equal(coverage_gap(&all, 0x1000, 16), 0x1009);
+    assert_int_equal(coverage_count(&all, 0xFF0, 0x100), 9); /* nothing beyond its ends */
+    two.begin = 0x2000;
+    memset(two.bits, 0xFF, 2);
+    coverage_add(&all, &two); /* of another module */
+    assert_int_equal(coverage_count(&all, 0x1000, 16), 9);
+}
+
+static void coverage_of_a_large_module_is_cut_and_stays_in_its_place(void **state)
+{
+    static uint8_t bits[COVERAGE_MOST / 8 + 4096];
+    static struct coverage coverage;
+    (void)state;
+    memset(bits, 0xFF, sizeof bits);
+    coverage_take(&coverage, bits, 0, sizeof bits * 8);
+    assert_int_equal(coverage.size, COVERAGE_MOST);
+    assert_int_equal(coverage_count(&coverage, 0, COVERAGE_MOST), COVERAGE_MOST);
+    assert_int_equal(coverage_count(&coverage, COVERAGE_MOST, 64), 0);
+    coverage.size = UINT64_MAX;
+    coverage_clean(&coverage);
+    assert_int_equal(coverage.size, COVERAGE_MOST);
+}
+
 /* --- timelines -------------------------------------------------------------------------------- */
 
 static struct experiment_result *result_of(uint64_t cycles)
@@ -233,6 +272,8 @@ int main(void)
         cmocka_unit_test(a_cycle_without_a_value_is_a_hole),
         cmocka_unit_test(what_a_worker_wrote_is_made_safe),
         cmocka_unit_test(curves_that_never_move_are_left_out),
+        cmocka_unit_test(coverage_of_runs_adds_up),
+        cmocka_unit_test(coverage_of_a_large_module_is_cut_and_stays_in_its_place),
         cmocka_unit_test(events_stand_in_the_order_of_time),
         cmocka_unit_test(the_same_message_again_is_counted),
         cmocka_unit_test(a_run_that_was_ended_says_so),

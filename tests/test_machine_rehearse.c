@@ -38,7 +38,7 @@ static uint64_t at_each(void *argument, uint64_t pc, uint64_t instructions)
         }
         r->words[0] = kept;
     }
-    struct machine_operand operands[MACHINE_OPERANDS];
+    struct code_operand operands[CODE_OPERANDS];
     const unsigned count = machine_next_operands(r->fixture->machine, operands);
     for (unsigned i = 0; i < count && r->points < 8; i++)
         r->writes[r->points] |=

@@ -12,7 +12,8 @@ FIXTURE_LDFLAGS := -nostdlib -shared -Wl,-Bsymbolic -Wl,-e,0 -Wl,--hash-style=gn
     -Wl,--build-id=none
 
 # tests/fixture.sh says what a fixture's first lines may ask for.
-FIXTURE_MADE_WITH := tests/fixture.sh conformance/fixtures/base.h conformance/fixtures/hidden.h conformance/fixtures/axis.h sdk/include/tgm_plc.h \
+FIXTURE_MADE_WITH := tests/fixture.sh conformance/fixtures/base.h conformance/fixtures/hidden.h \
+    conformance/fixtures/axis.h sdk/include/tgm_plc.h \
     sdk/include/tgm/layout_gen4.h sdk/src/mem.c
 define fixture_rule
 $(FIXTURE_DIR)/%$(2): conformance/fixtures/%.$(1) $(FIXTURE_MADE_WITH) | $(BUILD)/.deps-test
@@ -56,6 +57,7 @@ MACHINE_TESTS := test_machine test_machine_call test_machine_load test_machine_s
     test_machine_rehearse \
     test_machine_windows \
     test_instrumented \
+    test_instrumented_targets \
     test_arguments
 BUS_TESTS := test_segment test_slave test_coe test_drive test_bus test_client \
     test_drive2 \
@@ -128,6 +130,24 @@ $(MACHINE_MODULE_DIR)/traced_open.so: tests/machine_modules/traced.S | $(BUILD)/
 	@mkdir -p $(@D)
 	@echo "  MODULE $@"
 	$(Q)gcc -shared -nostdlib -Wl,-Bsymbolic -Wl,-z,noexecstack -Wl,--omagic -Wl,-z,max-page-size=4096 -o $@ $<
+
+# Modules for other processors.
+MACHINE_MODULES += $(addprefix $(MACHINE_MODULE_DIR)/,i386.dll arm.so flat.bin)
+$(MACHINE_MODULE_DIR)/i386.dll: tests/machine_modules/i386.S | $(BUILD)/.deps-test
+	@mkdir -p $(@D)
+	@echo "  MODULE $@"
+	$(Q)i686-w64-mingw32-gcc -shared -nostdlib -Wl,-e,0 -Wl,--no-insert-timestamp -o $@ $<
+
+$(MACHINE_MODULE_DIR)/arm.so: tests/machine_modules/arm.S | $(BUILD)/.deps-test
+	@mkdir -p $(@D)
+	@echo "  MODULE $@"
+	$(Q)arm-linux-gnueabihf-gcc -shared -nostdlib -Wl,-Bsymbolic -Wl,-z,noexecstack -o $@ $<
+
+$(MACHINE_MODULE_DIR)/flat.bin: tests/machine_modules/arm.S | $(BUILD)/.deps-test
+	@mkdir -p $(@D)
+	@echo "  MODULE $@"
+	$(Q)arm-none-eabi-gcc -DFLAT -nostdlib -Wl,-Ttext=0x07800000 -Wl,-e,0 -o $@.elf $<
+	$(Q)arm-none-eabi-objcopy -O binary $@.elf $@
 
 # PE modules, of mingw and of the shape that Microsoft's tools make.
 MACHINE_MODULES += $(addprefix $(MACHINE_MODULE_DIR)/,windows.dll windows_fixed.dll windows_frames.dll)

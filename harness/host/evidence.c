@@ -123,6 +123,7 @@ void evidence_clean(struct evidence *evidence)
         clean_entry(&evidence->interrupts[i].entry);
     if (evidence->digest.state_count > DIGEST_STATES)
         evidence->digest.state_count = DIGEST_STATES;
+    coverage_clean(&evidence->coverage);
     sketch_clean(&evidence->sketch);
     clean_bool(&evidence->clock.used);
     end_text(evidence->clock.notice, sizeof evidence->clock.notice);

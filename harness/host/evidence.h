@@ -15,6 +15,7 @@
 
 #include "bus/bus.h"
 #include "host/audit.h"
+#include "host/coverage.h"
 #include "host/digest.h"
 #include "host/product.h"
 #include "host/realtime.h"
@@ -229,6 +230,7 @@ struct evidence {
     size_t stack_used;   /* bytes */
     unsigned slaves;
     struct digest digest;
+    struct coverage coverage; /* on the instrumented machine */
     struct sketch sketch; /* of the first axes; no row without a bus */
 
     struct audit_record audit; /* audit.h */

@@ -228,6 +228,13 @@ static const struct evidence_row sketch[] = {
     { NULL, 0, 0, 0, NULL },
 };
 
+static const struct evidence_row coverage[] = {
+    { VALUE(coverage, begin) },
+    { VALUE(coverage, size) },
+    { VALUES(coverage, bits) },
+    { NULL, 0, 0, 0, NULL },
+};
+
 static const struct evidence_row evidence[] = {
     { VALUE(evidence, stage) },
     { VALUE(evidence, entry) },
@@ -272,6 +279,7 @@ static const struct evidence_row evidence[] = {
     { VALUE(evidence, slaves) },
     { PART(evidence, digest, digest) },
     { PART(evidence, audit, audit) },
+    { PART(evidence, coverage, coverage) },
     { PART(evidence, sketch, sketch) },
     { VALUES(evidence, trouble) },
     { NULL, 0, 0, 0, NULL },

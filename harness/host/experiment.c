@@ -131,6 +131,14 @@ static void run_cycles(const struct experiment *experiment, struct host *host,
     }
 }
 
+static void note_coverage(const struct machine *machine, struct coverage *coverage)
+{
+    uint64_t begin, end;
+    const uint8_t *bits = machine_coverage(machine, &begin, &end);
+    if (bits != NULL)
+        coverage_take(coverage, bits, begin, end);
+}
+
 static int play(struct job *job, struct evidence *evidence, int pipe_fd, struct machine *machine,
                 struct host *host)
 {
@@ -152,6 +160,7 @@ static int play(struct job *job, struct evidence *evidence, int pipe_fd, struct 
         block_oscilloscope(&job->block, host);
     block_flush(&job->block);
     evidence->stack_used = machine_stack_used(machine);
+    note_coverage(machine, &evidence->coverage);
     evidence->stage = EVIDENCE_FINISHED;
     return 0;
 }

@@ -11,11 +11,11 @@ static const uint32_t controller_cycle_times[] = { 100,  200,  250,  500,  1000,
                                                    5000, 6000, 7000, 8000, 9000, 10000, 0 };
 
 /* What the products of a kind have in common, so that a row says what is its own. */
-#define PC                                                                                         \
+#define PC(rate)                                                                                   \
     .max_dio = 16, .cycle_times_us = pc_cycle_times, .default_cycle_us = 500,                      \
     .schedule = SCHEDULE_PC,                                                                       \
     .periods = { { 100, 0, 0, false }, { 100, 0, 0, false }, { 100, 0, 0, false } },               \
-    .program_period_us = { 10000, 5000, 1000 }, .budget = { 20, 10, 10, 1000 }, .entries = 6
+    .program_period_us = { 10000, 5000, 1000 }, .budget = { 20, 10, 10, rate }, .entries = 6
 
 #define CONTROLLER                                                                                 \
     .max_servo = 64, .max_dio = 16, .max_interpolator = 3,                                         \
@@ -36,16 +36,16 @@ static const uint32_t controller_cycle_times[] = { 100,  200,  250,  500,  1000,
     .memory_id = 906, .cnc_id = 126
 
 static const struct product products[] = {
-    { LAYOUT_421, PC, .name = "pc4", .title = "TG Motion 4.21", .max_servo = 256,
+    { LAYOUT_421, PC(1000), .name = "pc4", .title = "TG Motion 4.21", .max_servo = 256,
       .max_interpolator = 3, .osc_bytes = MIB, .osc_least = MIB, .osc_most = 32 * MIB,
       .ini_name = "TGMotion4xx.ini" },
-    { LAYOUT_500, PC, .name = "pc500", .title = "TG Motion 5.00", .max_servo = 256,
+    { LAYOUT_500, PC(1000), .name = "pc500", .title = "TG Motion 5.00", .max_servo = 256,
       .max_interpolator = 3, .osc_bytes = 32 * MIB, .osc_least = 32 * MIB, .osc_most = 32 * MIB,
       .ini_name = "TgMotion5xx.ini" },
-    { LAYOUT_502, PC, .name = "pc5", .title = "TG Motion 5.02", .max_servo = 256,
+    { LAYOUT_502, PC(1000), .name = "pc5", .title = "TG Motion 5.02", .max_servo = 256,
       .max_interpolator = 3, .osc_bytes = 32 * MIB, .osc_least = 32 * MIB, .osc_most = 32 * MIB,
       .product_id = 1, .device_name = "PC-realtime", .ini_name = "TgMotion5xx.ini" },
-    { LAYOUT_502, PC, .name = "tgmmini", .title = "TGMmini", .max_servo = 64, .max_interpolator = 2,
+    { LAYOUT_502, PC(300), .name = "tgmmini", .title = "TGMmini", .max_servo = 64, .max_interpolator = 2,
       .osc_bytes = MIB, .osc_least = MIB, .osc_most = 32 * MIB, .text8 = true, .product_id = 2,
       .can_buffer = 55,
       .device_name = "TGMmini", .ini_name = "TgMotion5xx.ini" },

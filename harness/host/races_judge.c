@@ -52,7 +52,7 @@ static bool same_race(const struct evidence_race *a, const struct evidence_race 
 
 /* What an instruction reads or writes, as far as both functions use it. */
 static bool touches(const struct races *races, const struct evidence_race *race,
-                    const struct host *host, const struct machine_operand *operand,
+                    const struct host *host, const struct code_operand *operand,
                     struct evidence_word *shared, bool *exact)
 {
     const struct races_order *order = &races->orders[races->by];
@@ -79,7 +79,7 @@ static uint64_t seek(void *argument, uint64_t pc, uint64_t instructions)
     struct host *host = argument;
     const struct races *races = host->races;
     struct evidence_race *race = races->seeking;
-    struct machine_operand operands[MACHINE_OPERANDS];
+    struct code_operand operands[CODE_OPERANDS];
     struct evidence_word shared;
     bool exact;
     const unsigned count = machine_next_operands(host->machine, operands);
@@ -101,7 +101,7 @@ static uint64_t mark(void *argument, uint64_t pc, uint64_t instructions)
 {
     struct host *host = argument;
     const struct races *races = host->races;
-    struct machine_operand operands[MACHINE_OPERANDS];
+    struct code_operand operands[CODE_OPERANDS];
     const unsigned count = machine_next_operands(host->machine, operands);
     (void)pc;
     for (unsigned i = 0; i < count; i++)

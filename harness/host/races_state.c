@@ -202,7 +202,7 @@ static bool piece_at(const struct races *races, uint64_t address, size_t *piece)
 
 void races_note_writes(struct host *host)
 {
-    struct machine_operand operands[MACHINE_OPERANDS];
+    struct code_operand operands[CODE_OPERANDS];
     const unsigned count = machine_next_operands(host->machine, operands);
     size_t piece;
     for (unsigned i = 0; i < count; i++) {

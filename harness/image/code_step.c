@@ -109,6 +109,14 @@ bool code_stepper_open(struct code_stepper *stepper, enum image_target target)
     return false;
 }
 
+static bool is_among(const unsigned *list, size_t count, unsigned id)
+{
+    for (size_t i = 0; i < count; i++)
+        if (list[i] == id)
+            return true;
+    return false;
+}
+
 static enum code_step_kind listed(const struct listed *list, size_t count, unsigned id)
 {
     for (size_t i = 0; i < count; i++)
@@ -184,9 +192,35 @@ static bool x86_by_stack(const cs_insn *insn)
             return base == X86_REG_RSP || base == X86_REG_RBP || base == X86_REG_ESP ||
                    base == X86_REG_EBP;
     }
-    for (size_t i = 0; i < COUNT(x86_stack_users); i++)
-        if (insn->id == x86_stack_users[i])
-            return true;
+    return is_among(x86_stack_users, COUNT(x86_stack_users), insn->id);
+}
+
+/* Loads and stores for which the address has to be that of a word (Arm Architecture Reference
+ * Manual, unaligned access): by a list of registers, and others. */
+static const unsigned arm_lists[] = {
+    ARM_INS_LDM,   ARM_INS_LDMDA, ARM_INS_LDMDB,  ARM_INS_LDMIB,  ARM_INS_STM,    ARM_INS_STMDA,
+    ARM_INS_STMDB, ARM_INS_STMIB, ARM_INS_VLDMIA, ARM_INS_VLDMDB, ARM_INS_VSTMIA, ARM_INS_VSTMDB,
+};
+static const unsigned arm_words[] = { ARM_INS_LDRD, ARM_INS_STRD,  ARM_INS_VLDR,
+                                      ARM_INS_VSTR, ARM_INS_LDREX, ARM_INS_STREX };
+
+/* The register that such an address begins with, when it can be an odd one: not sp, not pc. */
+static bool arm_base(const cs_insn *insn, unsigned *number)
+{
+    const bool by_list = is_among(arm_lists, COUNT(arm_lists), insn->id);
+    const cs_arm *arm = &insn->detail->arm;
+
+    if (!by_list && !is_among(arm_words, COUNT(arm_words), insn->id))
+        return false;
+    for (unsigned i = 0; i < arm->op_count; i++) {
+        const cs_arm_op *operand = &arm->operands[i];
+        const unsigned reg = by_list ? (unsigned)operand->reg : (unsigned)operand->mem.base;
+
+        if (by_list ? i > 0 : operand->type != ARM_OP_MEM)
+            continue;
+        *number = reg - ARM_REG_R0;
+        return reg >= ARM_REG_R0 && reg <= ARM_REG_R12;
+    }
     return false;
 }
 
@@ -212,6 +246,8 @@ void code_step_read(struct code_stepper *stepper, const uint8_t *bytes, size_t s
         step->kind = listed(arm_kinds, COUNT(arm_kinds), insn->id);
         step->known = insn->id != ARM_INS_UDF && insn->id != ARM_INS_TRAP;
         step->covers = step->kind == CODE_STEP_CONDITION ? it_covers(insn) : 0;
+        if (step->kind == CODE_STEP_PLAIN && arm_base(insn, &step->covers))
+            step->kind = CODE_STEP_ALIGNED;
         return;
     }
     step->kind = x86_kind(stepper, insn);

@@ -15,6 +15,7 @@
 enum code_step_kind {
     CODE_STEP_PLAIN = 1,   /* also what is no instruction at all: the emulator will say so */
     CODE_STEP_CONDITION,   /* Thumb IT: the `covers` instructions behind it belong to it */
+    CODE_STEP_ALIGNED,     /* Arm: register number `covers` has to be a multiple of 4 */
     CODE_STEP_REPEAT,      /* a string instruction with a repeat prefix; `covers`: bytes of its
                               counter */
     CODE_STEP_SYSCALL,     /* asks the operating system */
@@ -27,9 +28,10 @@ enum code_step_kind {
 
 struct code_step {
     enum code_step_kind kind;
-    unsigned size;   /* bytes; of no instruction: 1, Arm 4, Thumb 2 */
-    unsigned covers; /* CODE_STEP_CONDITION: 1 to 4; CODE_STEP_REPEAT: 2, 4 or 8 */
-    bool known;      /* a real processor of the target would execute it */
+    unsigned size; /* bytes; of no instruction: 1, Arm 4, Thumb 2 */
+    unsigned
+        covers;    /* CODE_STEP_CONDITION: 1 to 4; CODE_STEP_REPEAT: 2, 4 or 8; ALIGNED: 0 to 12 */
+    bool known;    /* a real processor of the target would execute it */
     bool by_stack; /* x86: its memory operand is found through the stack pointer or frame pointer */
 };
 

@@ -96,15 +96,15 @@ struct emulator {
     uint64_t executed; /* instructions of the call */
     uint64_t stop_at;  /* stop instead of executing this one */
     uint64_t pc;       /* the latest instruction */
+    uint64_t block_next, block_end; /* of the block that a Thumb IT began; 0: none */
 
     struct machine *machine;
     const struct emulator_cpu *cpu;
     uc_engine *uc;
     uc_context *fresh;
     struct code_stepper stepper;
-    uint8_t *covered;  /* a bit for each byte of the module */
-    uint64_t covering; /* how many more instructions belong to the block that IT began */
-    bool shared;       /* some page of the module is writable and executable */
+    uint8_t *covered; /* a bit for each byte of the module */
+    bool shared;      /* some page of the module is writable and executable */
 
     enum emulator_stop stop;
     uint32_t number;

@@ -94,7 +94,7 @@ static bool interlude(struct emulator *emulator, uint64_t *pc)
     use_stack(emulator, level);
     emulator->executed = executed;
     emulator->pc = at;
-    emulator->covering = 0;
+    emulator->block_end = 0;
     if (more == MACHINE_ABANDON) {
         emulator->stop = EMULATOR_HANG;
         return false;
@@ -156,7 +156,7 @@ void emulator_call(struct machine *machine, uint64_t function, void *argument,
     use_stack(emulator, level);
     level->lowest = level->top;
     emulator->executed = 0;
-    emulator->covering = 0;
+    emulator->block_end = 0;
     emulator->pass = false;
     set_stop(emulator, level->hook != NULL ? level->after : MACHINE_NEVER);
     emulator->pc = 0;

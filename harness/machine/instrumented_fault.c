@@ -68,6 +68,9 @@ static enum machine_outcome_kind bad_instruction(struct emulator *emulator,
     case CODE_STEP_PRIVILEGED:
         fault->signal = SIGSEGV;
         return MACHINE_FAULT;
+    case CODE_STEP_ALIGNED:
+        fault->signal = SIGBUS;
+        return MACHINE_FAULT;
     case CODE_STEP_FOREIGN:
         return MACHINE_UNSUPPORTED;
     default:

@@ -52,36 +52,95 @@ static bool is_repeated_out(struct emulator *emulator, uint8_t kind)
     return (emulator_read(emulator, emulator->cpu->counter) & mask) == 0;
 }
 
+static unsigned thumb_size(uint64_t address)
+{
+    uint16_t half;
+
+    memcpy(&half, (const void *)address, sizeof half);
+    return half >> 11 >= 0x1d ? 4 : 2;
+}
+
+/* Thumb instructions from one address to another. */
+static uint64_t thumbs(uint64_t from, uint64_t to)
+{
+    uint64_t count = 0;
+
+    for (; from < to; count++)
+        from += thumb_size(from);
+    return count;
+}
+
+/* The block of an IT is entered, of so many instructions. */
+static void begin_block(struct emulator *emulator, uint64_t address, unsigned covers)
+{
+    emulator->block_next = emulator->block_end = address + 2;
+    while (covers-- > 0)
+        emulator->block_end += thumb_size(emulator->block_end);
+}
+
+/* The emulator passes over the instructions of such a block whose condition is not met, which a
+ * processor executes like all others. True when this one is not in the block any more. */
+static bool behind_block(struct emulator *emulator, uint64_t address)
+{
+    const bool inside = address >= emulator->block_next && address < emulator->block_end;
+
+    emulator->executed += thumbs(emulator->block_next, inside ? address : emulator->block_end);
+    if (inside)
+        emulator->block_next = address + thumb_size(address);
+    else
+        emulator->block_end = 0;
+    return !inside;
+}
+
+static bool is_aligned(struct emulator *emulator, unsigned reg)
+{
+    return (emulator_read(emulator, UC_ARM_REG_R0 + (int)reg) & 3) == 0;
+}
+
+/* True when the instruction is to be executed. */
+static bool go_on(struct emulator *emulator, uint64_t address, uint8_t kind)
+{
+    const unsigned covers = kind >> 4;
+
+    switch (kind & 15) {
+    case CODE_STEP_PLAIN:
+    case CODE_STEP_REPEAT:
+        return true;
+    case CODE_STEP_CONDITION:
+        begin_block(emulator, address, covers);
+        return true;
+    case CODE_STEP_ALIGNED:
+        if (is_aligned(emulator, covers))
+            return true;
+        break;
+    default:
+        break;
+    }
+    emulator_stop(emulator, EMULATOR_INSTRUCTION, kind & 15);
+    return false;
+}
+
 static __attribute__((noinline)) void unusual(struct emulator *emulator, uint64_t address,
                                               uint64_t before)
 {
     uint8_t kind = emulator->kinds[address - emulator->base];
+    bool between = true; /* instructions that can be stopped between */
 
     if ((kind & 15) == CODE_STEP_REPEAT && before == address && is_repeated_out(emulator, kind))
         return;
-    if (emulator->executed >= emulator->stop_at && !emulator->pass && emulator->covering == 0) {
+    if (emulator->block_end != 0)
+        between = behind_block(emulator, address);
+    if (emulator->executed >= emulator->stop_at && !emulator->pass && between) {
         emulator_stop(
             emulator,
             emulator->executed >= emulator->interrupt_at ? EMULATOR_INTERRUPT : EMULATOR_HANG, 0);
         return;
     }
     emulator->pass = false;
-    if (emulator->covering > 0)
-        emulator->covering--;
     if (kind == 0)
         kind = learn(emulator, address);
-    switch (kind & 15) {
-    case CODE_STEP_PLAIN:
-    case CODE_STEP_REPEAT:
-        break;
-    case CODE_STEP_CONDITION:
-        emulator->covering = kind >> 4;
-        break;
-    default:
-        emulator_stop(emulator, EMULATOR_INSTRUCTION, kind & 15);
-        return;
-    }
-    emulator->executed++;
+    if (go_on(emulator, address, kind))
+        emulator->executed++;
 }
 
 static void on_instruction(uc_engine *uc, uint64_t address, uint32_t size, void *argument)
@@ -93,7 +152,7 @@ static void on_instruction(uc_engine *uc, uint64_t address, uint32_t size, void 
     (void)size;
     emulator->pc = address;
     if (emulator->kinds[address - emulator->base] != CODE_STEP_PLAIN ||
-        emulator->executed >= emulator->stop_at || emulator->covering > 0)
+        emulator->executed >= emulator->stop_at || emulator->block_end != 0)
         unusual(emulator, address, before);
     else
         emulator->executed++;

@@ -65,7 +65,7 @@ void machine_levels_close(struct machine *machine)
     for (unsigned i = 0; i < MACHINE_LEVELS; i++)
         free(machine->levels[i].extended);
     free(machine->rehearsed);
-    machine_operands_close(machine);
+    code_decoder_close(machine->decoder);
     if (machine->has_alarm && !machine->sealed)
         timer_delete(machine->alarm);
     machine->has_alarm = false;

@@ -29,6 +29,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "image/code_operands.h"
 #include "image/image.h"
 #include "machine/arguments.h"
 #include "machine/thunks.h"
@@ -274,14 +275,8 @@ bool machine_rehearses(const struct machine *machine);
 
 /* For hooks: memory that the instruction which comes next reads or writes by its operands (not what
  * it pushes or pops). Allocates when first called. How many there are. */
-#define MACHINE_OPERANDS 2
-struct machine_operand {
-    uint64_t address;
-    size_t size;
-    bool read, write;
-};
 unsigned machine_next_operands(struct machine *machine,
-                               struct machine_operand operands[MACHINE_OPERANDS]);
+                               struct code_operand operands[CODE_OPERANDS]);
 
 /* How many host services module code has entered so far. */
 uint64_t machine_services(const struct machine *machine);

@@ -141,8 +141,7 @@ struct machine {
     const void *caller; /* where the latest service returns to */
     uint64_t served; /* services entered so far */
 
-    size_t decoder; /* Capstone's handle, 0: not open yet; and its instruction */
-    void *decoded;
+    struct code_decoder *decoder; /* of machine_next_operands(), NULL: not open yet */
 
     unsigned level; /* how many calls are interrupted */
     unsigned level_count;
@@ -357,8 +356,6 @@ void machine_level_begin(struct machine *machine);
 void machine_level_end(struct machine *machine);
 /* Host services are not stepped: off on the way in, on again, if wanted, on the way out. */
 void machine_service_steps(struct machine *machine, bool on);
-/* operands.c */
-void machine_operands_close(struct machine *machine);
 /* In the signal handler. True when the signal was about interrupts and has been dealt with. */
 bool machine_interrupt_signal(struct machine *machine, int sig, ucontext_t *context);
 

@@ -12,6 +12,7 @@
 #include "machine/machine_private.h"
 
 #define RED_ZONE 128
+#define LONGEST  15 /* bytes of an instruction */
 
 /* What of a level's stack is in use: from its red zone up. */
 static uint8_t *used_stack(const struct machine *machine, const struct machine_level *level,
@@ -84,4 +85,25 @@ bool machine_own_data(const struct machine *machine, unsigned index, void **at, 
         return true;
     }
     return false;
+}
+
+unsigned machine_next_operands(struct machine *machine, struct code_operand operands[CODE_OPERANDS])
+{
+    static const int numbers[16] = { REG_RAX, REG_RCX, REG_RDX, REG_RBX, REG_RSP, REG_RBP,
+                                     REG_RSI, REG_RDI, REG_R8,  REG_R9,  REG_R10, REG_R11,
+                                     REG_R12, REG_R13, REG_R14, REG_R15 };
+    const struct machine_level *level = &machine->levels[machine->level - 1];
+    const uint64_t ip = (uint64_t)level->registers[REG_RIP];
+    uint64_t registers[16];
+    size_t size = LONGEST;
+
+    if (machine->decoder == NULL)
+        machine->decoder = code_decoder_open();
+    if (machine->decoder == NULL)
+        return 0;
+    for (int i = 0; i < 16; i++)
+        registers[i] = (uint64_t)level->registers[numbers[i]];
+    while (size > 1 && !machine_executes(machine, ip, size))
+        size--;
+    return code_operands(machine->decoder, (const uint8_t *)ip, size, ip, registers, operands);
 }

@@ -132,7 +132,7 @@ static void coverage_row(const struct coverage_report *coverage, FILE *out)
     fputs("</td><td class=\"bar\">", out);
     html_bar(shares, 1, out);
     fprintf(out,
-            "</td><td class=\"r\">%.0f %%</td><td class=\"r weak\">%" PRIu64 " of %" PRIu64
+            "</td><td class=\"r\">%.0f %%</td><td class=\"r weak\">%" PRIu64 " of %" PRIu64 " bytes"
             "</td><td class=\"weak missed\">",
             share * 100, coverage->executed, coverage->total);
     if (coverage->missed[0] != '\0') {

@@ -73,7 +73,7 @@ struct budget_report {
 /* How much of a function was executed, over all runs. */
 struct coverage_report {
     char name[64];            /* "Program_04", or another function of the module */
-    uint64_t executed, total; /* instructions, or bytes of code: one unit in a report */
+    uint64_t executed, total; /* bytes of code */
     char missed[256];         /* the first place that was not: "gantry.c:88"; "" when all was */
 };
 
