@@ -33,9 +33,10 @@ static json_t *fixtures_json(const struct selftest *test, const struct rule *rul
     for (size_t i = 0; i < test->count; i++) {
         const struct selftest_fixture *fixture = &test->fixtures[i];
         if (fixture->rule == rule)
-            json_array_append_new(list, json_pack("{s:s, s:b, s:b, s:s}", "name", fixture->name,
+            json_array_append_new(list, json_pack("{s:s, s:b, s:b, s:s, s:s}", "name", fixture->name,
                                                   "bad", fixture->bad, "right", fixture->right,
-                                                  "why", fixture->why));
+                                                  "why", fixture->why, "findings",
+                                                  fixture->findings != NULL ? fixture->findings : ""));
     }
     return list;
 }
