@@ -78,6 +78,8 @@ struct check_changes {
  * sentence in why. */
 int check_again(struct check **out, const char *folder, const struct check_changes *changes,
                 char why[CHECK_WHY]);
+/* To be called before threads are made that run checks. */
+void check_share_arena(void);
 const struct report *check_report(const struct check *check);
 /* Layers of the sandbox (enum worker_layer) that some experiment had to do without. */
 unsigned check_lacks(const struct check *check);

@@ -5,6 +5,7 @@
 #include <errno.h>
 #include <inttypes.h>
 #include <malloc.h>
+#include <malloc.h>
 #include <pthread.h>
 #include <stdatomic.h>
 #include <stdio.h>
@@ -57,8 +58,16 @@ static unsigned jobs_of(const struct check_options *options)
     return jobs < JOBS_MOST ? jobs : JOBS_MOST;
 }
 
+/* A worker that a thread forks goes on with that thread's arena of the allocator, which grows by a
+ * system call that a sealed process may not make; the main one does not. */
+void check_share_arena(void)
+{
+    mallopt(M_ARENA_MAX, 1);
+}
+
 static void run_all(struct queue *queue)
 {
+    check_share_arena();
     pthread_t threads[JOBS_MOST];
     const unsigned jobs = jobs_of(queue->options);
     unsigned made = 1;

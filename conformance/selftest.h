@@ -24,6 +24,7 @@ struct selftest_fixture {
     char name[96]; /* of the file */
     bool bad;
     bool right;
+    char *findings;         /* of its rule, a line each; NULL: not judged */
     char why[SELFTEST_WHY]; /* what was wrong: "tripped returns, too"; "" when nothing was */
 };
 

@@ -33,9 +33,10 @@ static json_t *fixtures_json(const struct selftest *test, const struct rule *rul
     for (size_t i = 0; i < test->count; i++) {
         const struct selftest_fixture *fixture = &test->fixtures[i];
         if (fixture->rule == rule)
-            json_array_append_new(list, json_pack("{s:s, s:b, s:b, s:s}", "name", fixture->name,
-                                                  "bad", fixture->bad, "right", fixture->right,
-                                                  "why", fixture->why));
+            json_array_append_new(
+                list, json_pack("{s:s, s:b, s:b, s:s, s:s}", "name", fixture->name, "bad",
+                                fixture->bad, "right", fixture->right, "why", fixture->why,
+                                "findings", fixture->findings != NULL ? fixture->findings : ""));
     }
     return list;
 }
@@ -45,11 +46,13 @@ static bool is_right(const struct selftest *test)
     return test->wrong == 0 && test->unproven == 0;
 }
 
-static void print_json(const struct selftest *test)
+static void print_json(const struct selftest *test, const char *selected)
 {
     json_t *rules = json_array();
     for (size_t i = 0; rule_at(i) != NULL; i++) {
         struct selftest_tally tally;
+        if (!rule_selected(selected, rule_at(i)->id))
+            continue;
         selftest_tally(test, rule_at(i), &tally);
         json_array_append_new(rules, json_pack("{s:s, s:s, s:b, s:o}", "id", rule_at(i)->id,
                                                "severity", severity_name(rule_at(i)->severity),
@@ -123,7 +126,7 @@ int command_selftest(const struct command *command, int argc, char **argv)
     if (selftest_run(&test, &options, why) != 0)
         return complain(command, "%s", why);
     if (json)
-        print_json(&test);
+        print_json(&test, options.rules);
     else
         print_text(&test, options.rules);
     status = is_right(&test) ? EXIT_OK : EXIT_MODULE;
