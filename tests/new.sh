@@ -27,7 +27,7 @@ for lang in c cpp pascal; do
     python3 -c 'import json, sys; [json.load(open(f)) for f in sys.argv[1:]]' "gantry_$lang/.vscode/tasks.json" \
         "gantry_$lang/.vscode/launch.json" && pass "$lang: editor files are JSON" || fail "$lang: editor files are JSON"
     run make -C "gantry_$lang" check CHECK_FLAGS='--cycles 200' TGM="$tgm"
-    expect "$lang: the new project passes, and its scenario is played" 0 "RESULT: PASS" "machine  1 passed" "1 scenario,"
+    expect "$lang: the new project passes, and its scenario is played" 0 "RESULT: PASS" "machine   1 passed" "1 scenario,"
     printf 'wait until DATA.U32[4] == 99 within 5ms "it never comes"\n' >"gantry_$lang/second.scenario"
     run make -C "gantry_$lang" check CHECK_FLAGS='--cycles 200' TGM="$tgm"
     expect "$lang: every scenario of the folder is played" 2 "2 scenarios," "second.scenario:1:12: it never comes: DATA.U32[4] == 99 not within 5ms: it was 0" "Error 1"
@@ -46,7 +46,7 @@ for lang in c cpp pascal; do
     run "$tgm" inspect "five_$lang/build/five_$lang.tgm"
     expect "$lang: six exports and no import" 0 "exports       6" "imports       none"
     run make -C "five_$lang" check CHECK_FLAGS='--cycles 200' TGM="$tgm"
-    expect "$lang: it passes as a module of 5.02" 0 "RESULT: PASS" "profile=pc5" "machine  1 passed"
+    expect "$lang: it passes as a module of 5.02" 0 "RESULT: PASS" "profile=pc5" "machine   1 passed"
     [ $lang = pascal ] || for product in tgmmini tgmcontroller tgzmotion; do
         run make -C "five_$lang" check TGM_PROFILE=$product CONFIG= CHECK_FLAGS='--cycles 200' TGM="$tgm"
         expect "$lang: a rebuild for $product passes" 0 "RESULT: PASS" "profile=$product"
