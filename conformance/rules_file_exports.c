@@ -38,7 +38,9 @@ static const char *const style_texts[] = {
                     "it: export it under its plain name"
 };
 
-/* A symbol of the module that was probably meant to be `wanted`; exported ones first. */
+/* A symbol of the module that was probably meant to be `wanted`: exported ones first, then the one
+ * whose name is spelled most like it. A compiler writes both its own name and the author's for one
+ * function. */
 static const struct image_symbol *near_miss(const struct image *image, const char *wanted,
                                             enum name_style *style)
 {
@@ -46,8 +48,9 @@ static const struct image_symbol *near_miss(const struct image *image, const cha
     enum name_style seen;
     for (size_t i = 0; i < image->symbol_count; i++) {
         const struct image_symbol *symbol = &image->symbols[i];
-        if (!name_is_meant(symbol->name, wanted, &seen) ||
-            (best != NULL && (best->exported || !symbol->exported)))
+        if (!name_is_meant(symbol->name, wanted, &seen))
+            continue;
+        if (best != NULL && (best->exported != symbol->exported ? best->exported : *style <= seen))
             continue;
         best = symbol;
         *style = seen;

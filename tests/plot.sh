@@ -128,7 +128,7 @@ printf 'di-8\n' >"$work/none.bus"
 run "$tgm" run "$build/fixtures/no-fault/good.tgm" --for 100ms --bus "$work/none.bus" --plot "$work/none.png"
 expect "no servo to draw" 2 "there is no servo to draw; --record says what else"
 run "$tgm" run "$build/fixtures/ini-returns-one/bad.tgm" --plot "$work/none.png"
-expect "a module that does not start is at fault, not the picture" 1 "the start is aborted"
+expect "a module that does not start is at fault, not the picture" 1 "Program_Ini returned 0: the start is aborted"
 run "$tgm" run "$module" --for 100ms --plot "$work/nowhere/axis.png"
 expect "nowhere to draw to" 2 "cannot write '$work/nowhere/axis.png': No such file"
 
