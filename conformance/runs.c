@@ -5,7 +5,6 @@
 #include <errno.h>
 #include <inttypes.h>
 #include <malloc.h>
-#include <malloc.h>
 #include <pthread.h>
 #include <stdatomic.h>
 #include <stdio.h>
@@ -67,13 +66,10 @@ void check_share_arena(void)
 
 static void run_all(struct queue *queue)
 {
-    check_share_arena();
     pthread_t threads[JOBS_MOST];
     const unsigned jobs = jobs_of(queue->options);
     unsigned made = 1;
-    /* A worker inherits the heap of the thread that made it, and one that is not the main heap
-     * grows in a way that a sealed process is forbidden. */
-    mallopt(M_ARENA_MAX, 1);
+    check_share_arena();
     while (made < jobs && made < (unsigned)queue->count &&
            pthread_create(&threads[made], NULL, work, queue) == 0)
         made++;
