@@ -79,6 +79,7 @@ BUS_TESTS += test_esi
 BUS_TESTS += test_busfile
 
 $(addprefix $(BUILD)/obj/tests/,$(BUS_TESTS:=.o) bench_bus.o soak_segment.o): ALL_CFLAGS += -Itests $(BUS_CFLAGS)
+$(addprefix $(BUILD)/obj/tests/,$(BUS_TESTS:=.o) bench_bus.o soak_segment.o): | third_party/soem/.from
 
 # Reports that tests/reports.sh holds against their schemas.
 $(BUILD)/obj/tests/test_report.o: ALL_CFLAGS += -Itests $(XML) -DTEST_REPORTS_DIR='"$(BUILD)/reports"'
