@@ -4,6 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "bus/spread.h"
 #include "host/evidence.h"
 
 #define PRIME ((UINT64_C(1) << 61) - 1)
@@ -37,16 +38,9 @@ static uint64_t inverse(uint64_t a)
     return result;
 }
 
-static uint64_t mix(uint64_t a)
-{
-    a = (a ^ a >> 30) * UINT64_C(0xbf58476d1ce4e5b9);
-    a = (a ^ a >> 27) * UINT64_C(0x94d049bb133111eb);
-    return a ^ a >> 31;
-}
-
 static uint64_t hash(uint64_t unit, uint64_t value)
 {
-    return mix(mix(unit + UINT64_C(0x9e3779b97f4a7c15)) ^ value) % PRIME;
+    return spread(spread(unit + SPREAD_STEP) ^ value) % PRIME;
 }
 
 void digest_change(struct digest *digest, struct digest_state *state, size_t trail, uint64_t unit,
@@ -56,7 +50,7 @@ void digest_change(struct digest *digest, struct digest_state *state, size_t tra
     state->sum = plus(state->sum, step);
     state->where = plus(state->where, times(unit, step));
     digest->trails[trail] =
-        mix(digest->trails[trail] ^ mix(unit + digest->state_count) ^ hash(unit, after));
+        spread(digest->trails[trail] ^ spread(unit + digest->state_count) ^ hash(unit, after));
 }
 
 uint64_t digest_bytes(const void *data, size_t size)
@@ -65,10 +59,10 @@ uint64_t digest_bytes(const void *data, size_t size)
     uint64_t result = size, word;
     for (; size >= sizeof word; size -= sizeof word, bytes += sizeof word) {
         memcpy(&word, bytes, sizeof word);
-        result = mix(result ^ word) + UINT64_C(0x9e3779b97f4a7c15);
+        result = spread(result ^ word) + SPREAD_STEP;
     }
     for (; size > 0; size--)
-        result = mix(result ^ *bytes++) + UINT64_C(0x9e3779b97f4a7c15);
+        result = spread(result ^ *bytes++) + SPREAD_STEP;
     return result;
 }
 
