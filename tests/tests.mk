@@ -31,7 +31,7 @@ $(FIXTURE_DIR)/%.scenario: conformance/fixtures/%.scenario
 FIXTURES += $(FIXTURE_SCENARIOS)
 
 # Each test program: its own source and what of the rooms it needs (all of them: they are small).
-UNIT_TESTS := test_osc test_text16 test_catalogue test_fixtures \
+UNIT_TESTS := test_osc test_text16 test_catalogue \
     test_scenario \
     test_certificate \
     test_chronicle \
@@ -258,12 +258,12 @@ $(BUILD)/test/%: $(BUILD)/obj/tests/%.o $(ROOM_OBJ)
 	@echo "  LINK   $@"
 	$(Q)$(CC) $(OPT) $(CFLAGS) -o $@ $^ $(LDFLAGS) $(LIBS) -lcmocka
 
-$(BUILD)/obj/tests/test_fixtures.o $(BUILD)/obj/tests/test_evidence.o: ALL_CFLAGS += -DFIXTURE_DIR='"$(FIXTURE_DIR)"'
+$(BUILD)/obj/tests/test_evidence.o: ALL_CFLAGS += -DFIXTURE_DIR='"$(FIXTURE_DIR)"'
 $(BUILD)/obj/tests/test_evidence.o: ALL_CFLAGS += -DTEST_EVIDENCE_DIR='"$(BUILD)/test-evidence"'
 $(BUILD)/test/test_evidence: | $(FIXTURES)
 $(BUILD)/test/test_rules_file: | $(FIXTURES) $(IMAGE_MODULES)
 $(BUILD)/obj/tests/test_rules_file.o: ALL_CFLAGS += -DTEST_MODULES_DIR='"$(BUILD)/modules"'
-$(BUILD)/obj/tests/test_rules_file.o $(BUILD)/obj/tests/test_fixtures.o: ALL_CFLAGS += -DFIXTURE_DIR='"$(FIXTURE_DIR)"'
+$(BUILD)/obj/tests/test_rules_file.o: ALL_CFLAGS += -DFIXTURE_DIR='"$(FIXTURE_DIR)"'
 
 .PHONY: test-programs fixtures
 fixtures: $(FIXTURES) ## build the rules' fixture modules
