@@ -20,6 +20,7 @@ static int choose_rules(struct check *check, const struct check_options *options
 {
     size_t all = 0;
     bool without_scenario = false;
+    char idle[RULE_PATTERN];
     while (rule_at(all) != NULL)
         all++;
     check->rules = calloc(all, sizeof *check->rules);
@@ -38,13 +39,16 @@ static int choose_rules(struct check *check, const struct check_options *options
             if (!without_scenario)
                 check->chosen[check->report.rule_count++] = rule_at(i);
         }
+    if (rule_pattern_idle(options->rules, idle)) {
+        snprintf(why, CHECK_WHY, "no rule matches '%s'; `tgm rules` lists them", idle);
+        return -EINVAL;
+    }
     if (check->report.rule_count == 0) {
         if (without_scenario)
             snprintf(why, CHECK_WHY, "the rule that matches '%s' needs --scenario FILE",
                      options->rules);
         else
-            snprintf(why, CHECK_WHY, "no rule matches '%s'; `tgm rules` lists them",
-                     options->rules);
+            snprintf(why, CHECK_WHY, "'%s' leaves no rule to judge by", options->rules);
         return -EINVAL;
     }
     return 0;
