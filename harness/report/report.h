@@ -125,7 +125,7 @@ struct plot_report {
 struct waiver_report {
     const char *rule, *reason, *owner;
     const char *expiry; /* "2027-03-31" */
-    bool expired;       /* its rule fails as if it were not there */
+    bool expired;       /* it fails the module, whether its rule failed or not */
     bool used;          /* its rule failed */
 };
 

@@ -220,12 +220,36 @@ static json_t *run_properties(const struct report *r)
     return object;
 }
 
+/* Waivers that are out of date: no result of any rule, and they fail the module. */
+static json_t *invocation(const struct report *r)
+{
+    json_t *object = json_object(), *notes = json_array();
+    char text[FINDING_TEXT];
+    for (size_t i = 0; i < r->waiver_count; i++) {
+        const struct waiver_report *waiver = &r->waivers[i];
+        if (!waiver->expired)
+            continue;
+        snprintf(text, sizeof text, "The waiver for %s is out of date since %s (%s: %s).",
+                 waiver->rule, waiver->expiry, waiver->owner, waiver->reason);
+        json_t *note = json_object(), *rule = json_object();
+        json_object_set_new(rule, "id", json_text(waiver->rule));
+        json_object_set_new(note, "level", json_text("error"));
+        json_object_set_new(note, "message", message(text));
+        json_object_set_new(note, "associatedRule", rule);
+        json_array_append_new(notes, note);
+    }
+    json_object_set_new(object, "executionSuccessful", json_true());
+    json_object_set_new(object, "toolConfigurationNotifications", notes);
+    return object;
+}
+
 int report_sarif(const struct report *r, FILE *stream)
 {
     json_t *root = json_object(), *run = json_object(), *results = json_array();
     for (size_t i = 0; i < r->rule_count; i++)
         add_results(r, i, results);
     json_object_set_new(run, "tool", json_pack("{so}", "driver", driver(r)));
+    json_object_set_new(run, "invocations", json_pack("[o]", invocation(r)));
     json_object_set_new(run, "artifacts", json_pack("[o]", artifact(r)));
     json_object_set_new(run, "columnKind", json_text("unicodeCodePoints"));
     json_object_set_new(run, "results", results);

@@ -124,7 +124,7 @@ static void waivers(const struct report *r, FILE *out, const struct paint *p)
         markup_plain(out, waiver->owner);
         fputs(": ", out);
         markup_plain(out, waiver->reason);
-        fputs(waiver->expired ? " (out of date: it counts no more)"
+        fputs(waiver->expired ? " (out of date: it fails the module; renew it or take it away)"
               : !waiver->used ? " (not needed: the rule did not fail)"
                               : "",
               out);
