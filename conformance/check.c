@@ -97,6 +97,7 @@ static void fill_report(struct check *check, const struct check_options *options
     report->seed = options->seed;
     report->selection = options->rules;
     report->strict = options->strict;
+    report->instrumented = options->instrumented;
     report->cycles = options->cycles;
     report->rules = check->rules;
     report->groups = check->groups;
@@ -187,6 +188,9 @@ static int run_and_judge(struct check *check, const struct check_options *option
 {
     uint64_t wanted;
     int r = prepare(check, options, &wanted, why);
+    /* Rather now than when everything has been run. */
+    if (r == 0 && options->evidence != NULL)
+        r = archive_prepare(options->evidence, why);
     if (r == 0)
         r = check_run_experiments(check, options, wanted, why);
     if (r == 0 && (wanted & ON_SCENARIOS) != 0)

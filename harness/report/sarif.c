@@ -213,6 +213,7 @@ static json_t *run_properties(const struct report *r)
     json_object_set_new(object, "profile", json_text(r->profile));
     json_object_set_new(object, "seed", json_hex(r->seed));
     json_object_set_new(object, "strict", json_boolean(r->strict));
+    json_object_set_new(object, "instrumented", json_boolean(r->instrumented));
     if (r->rule_book != NULL)
         json_object_set_new(object, "ruleBook", json_text(r->rule_book));
     if (r->evidence != NULL)

@@ -232,6 +232,6 @@ void report_text(const struct report *r, FILE *out, bool colour)
         fputs(" rules=", out);
         markup_plain(out, r->selection);
     }
-    fprintf(out, "%s%s seed=0x%" PRIx64 " sha256=%s\n", r->strict ? " strict" : "", cycles, r->seed,
-            r->sha256);
+    fprintf(out, "%s%s%s seed=0x%" PRIx64 " sha256=%s\n", r->strict ? " strict" : "",
+            r->instrumented ? " instrumented" : "", cycles, r->seed, r->sha256);
 }
