@@ -24,7 +24,7 @@ static const struct command commands[] = {
     { "device", "[FILE...] [--convert SOURCE]",
       "Lists device types of the bus; checks device files and ESI.", command_device },
     { "selftest", "", "Proves every rule on modules that break it.", command_selftest },
-    { "rules", "", "Lists the rules.", command_rules },
+    { "rules", "[--book]", "Lists the rules.", command_rules },
     { "certify", "MODULE.tgm --key FILE [options]",
       "Judges a module by the frozen suite and signs that it passed.", command_certify },
     { "verify", "CERTIFICATE MODULE.tgm --key FILE [--evidence DIR]",
