@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /* test_rules_same.c - what is made of runs that differ, from evidence made up here. */
 #include <setjmp.h>
+#include <signal.h>
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -132,6 +133,48 @@ static void other_globals_and_zeros_are_both_looked_at(void **state)
                "otherwise");
 }
 
+static void faults(enum experiment_id id)
+{
+    struct evidence *evidence = &runs[id].result.evidence;
+    evidence->incident_count = 1;
+    evidence->incidents[0] = (struct evidence_incident){ .entry = ENTRY_INI,
+                                                         .cycle = EVIDENCE_NO_CYCLE,
+                                                         .kind = MACHINE_FAULT,
+                                                         .fault.signal = SIGFPE };
+    evidence->calls[ENTRY_INI] = (struct evidence_calls){ .count = 0 };
+}
+
+static void a_start_that_ends_otherwise_says_how_each_ended(void **state)
+{
+    (void)state;
+    runs[EXPERIMENT_POISON_ZERO].result.evidence.calls[ENTRY_INI].last_value = 0;
+    check_globals(&file, &findings);
+    expect_one("with zeros in the globals before Program_Ini: Program_Ini returned 0, otherwise "
+               "it returned 1");
+}
+
+/* A call that never returned has no value, not even 0. */
+static void a_start_that_faulted_is_told_as_a_fault(void **state)
+{
+    (void)state;
+    faults(EXPERIMENT_CYCLE_500);
+    faults(EXPERIMENT_REPEATED);
+    faults(EXPERIMENT_POISON_INVERTED);
+    check_globals(&file, &findings);
+    expect_one("with zeros in the globals before Program_Ini: Program_Ini returned 1, otherwise "
+               "it divided by zero or overflowed a division");
+    assert_string_equal(findings.list[0].function, "Program_Ini");
+}
+
+static void a_start_that_faults_either_way_is_alike(void **state)
+{
+    (void)state;
+    for (int id = 0; id < EXPERIMENT_COUNT; id++)
+        faults(id);
+    check_globals(&file, &findings);
+    assert_int_equal(findings.count, 0);
+}
+
 static void addresses_count_where_the_machine_is(void **state)
 {
     (void)state;
@@ -216,6 +259,9 @@ int main(void)
         TEST(a_second_run_names_register_and_cycle),
         TEST(what_does_not_repeat_itself_is_not_judged_by_its_globals),
         TEST(other_globals_and_zeros_are_both_looked_at),
+        TEST(a_start_that_ends_otherwise_says_how_each_ended),
+        TEST(a_start_that_faulted_is_told_as_a_fault),
+        TEST(a_start_that_faults_either_way_is_alike),
         TEST(addresses_count_where_the_machine_is),
         TEST(a_wrap_is_what_only_the_wrapping_run_does),
         TEST(who_acts_by_the_value_of_a_counter_may),
