@@ -262,9 +262,12 @@ void check_restart(const struct case_file *file, struct findings *findings)
         return;
     }
     const int32_t value = evidence->calls[ENTRY_INI].last_value;
-    if (usual->calls[ENTRY_INI].last_value != 1 || usual->incident_count > 0)
+    if (usual->calls[ENTRY_INI].last_value != 1)
         finding_not_judged(findings, "the module does not start at all (rule ini-returns-one)");
-    else if (evidence->loads == 0)
+    else if (usual->incident_count > 0) {
+        incident_describe(&usual->incidents[0], text);
+        finding_not_judged(findings, "even without being run again: %s", text);
+    } else if (evidence->loads == 0)
         finding_not_judged(findings, "the PLC was not run again");
     else if (value != 1) {
         struct finding *finding =

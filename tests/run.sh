@@ -59,6 +59,7 @@ step "modules for the 64-bit PC, against elf64" sh tests/windows.sh
 step "tgm new: projects that pass untouched" sh tests/new.sh
 step "what is inside a module: tgm inspect" sh tests/inspect.sh
 step "the program from the outside" sh tests/cli.sh
+step "what may be asked of tgm check" sh tests/cli_check.sh
 step "reports in every form, against their schemas" sh tests/reports.sh
 step "modules of every target: judged, run, recorded" sh tests/targets.sh
 step "certificates: signing, verifying, tampering" sh tests/certify.sh

@@ -227,6 +227,19 @@ static void a_start_that_did_not_come_is_not_judged(void **state)
     assert_string_equal(findings.reason, "the PLC was not run again");
 }
 
+static void what_faults_without_it_is_not_judged_by_a_second_start(void **state)
+{
+    (void)state;
+    faults(EXPERIMENT_CYCLE_500);
+    faults(EXPERIMENT_RESTART);
+    runs[EXPERIMENT_CYCLE_500].result.evidence.calls[ENTRY_INI].last_value = 1;
+    runs[EXPERIMENT_CYCLE_500].result.evidence.incidents[0].entry = ENTRY_04;
+    check_restart(&file, &findings);
+    assert_int_equal(findings.count, 0);
+    assert_string_equal(findings.reason, "even without being run again: Program_04 divided by zero "
+                                         "or overflowed a division");
+}
+
 static void a_second_start_must_end_with_one(void **state)
 {
     (void)state;
@@ -267,6 +280,7 @@ int main(void)
         TEST(who_acts_by_the_value_of_a_counter_may),
         TEST(refusing_another_size_is_right),
         TEST(a_start_that_did_not_come_is_not_judged),
+        TEST(what_faults_without_it_is_not_judged_by_a_second_start),
         TEST(a_second_start_must_end_with_one),
         TEST(what_an_emulated_cpu_lacks_is_no_finding),
     };
