@@ -104,6 +104,9 @@ void incident_place(const struct evidence_incident *incident, struct finding *fi
                     const struct case_file *file)
 {
     const struct machine_fault *fault = &incident->fault;
+    finding->stops = incident->kind == MACHINE_FAULT;
+    if (incident->kind == MACHINE_SYSCALL)
+        finding->plain_us = 0; /* in one process nothing would keep it from the system */
     /* A return address is behind the call, and may be on the next line. */
     if (fault->has_pc)
         finding_place(finding, file, fault->in_module ? fault->pc : fault->pc - 1);
