@@ -323,7 +323,9 @@ install: $(BUILD)/tgm fixtures third_party/musl/.from ## install the program and
 	cp -R sdk templates $(DESTDIR)$(PREFIX)/share/tgm/
 	cp -R third_party/musl $(DESTDIR)$(PREFIX)/share/tgm/third_party/
 	rm -rf $(DESTDIR)$(PREFIX)/share/tgm/templates/*/build
-	cp -R $(FIXTURE_DIR) $(DESTDIR)$(PREFIX)/share/tgm/
+	rm -rf $(DESTDIR)$(PREFIX)/share/tgm/fixtures
+	cd $(FIXTURE_DIR) && find . -name '*.tgm' -o -name '*.tgm.bin' -o -name '*.scenario' | while read -r file; do \
+	    install -D -m 644 "$$file" "$(abspath $(DESTDIR)$(PREFIX))/share/tgm/fixtures/$$file" || exit 1; done
 	cp -R docs LICENSES $(DESTDIR)$(PREFIX)/share/tgm/
 	install -m 644 LICENSE $(DESTDIR)$(PREFIX)/share/tgm/
 

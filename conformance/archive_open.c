@@ -12,8 +12,7 @@
 #include "host/evidence_file.h"
 #include "host/scenario.h"
 
-#define FILE_MOST      ((size_t)64 << 20)
-#define SCENARIOS_MOST 32
+#define FILE_MOST ((size_t)64 << 20)
 
 struct archive {
     char folder[4096], module[ARCHIVE_PATH];
@@ -21,8 +20,8 @@ struct archive {
     json_t *manifest;
     struct check_options options;
     struct waivers waivers;
-    struct check_scenario scenarios[SCENARIOS_MOST];
-    char *texts[SCENARIOS_MOST];
+    struct check_scenario scenarios[ARCHIVE_SCENARIOS];
+    char *texts[ARCHIVE_SCENARIOS];
 };
 
 static __attribute__((format(printf, 2, 3))) int refuse(char why[CHECK_WHY], const char *format,
@@ -153,6 +152,7 @@ static int read_options(struct archive *archive, char why[CHECK_WHY])
     o->profile = profile != NULL ? profile_find(profile) : NULL;
     o->rules = text_of(manifest, "rules");
     o->strict = json_is_true(json_object_get(manifest, "strict"));
+    o->instrumented = json_is_true(json_object_get(manifest, "instrumented"));
     o->around_path = text_of(manifest, "config");
     o->today = text_of(manifest, "today");
     o->again_path = text_of(manifest, "module");
@@ -173,8 +173,8 @@ static int read_scenarios(struct archive *archive, char why[CHECK_WHY])
         catalogue_find(product->generation, (int)product->memory_id);
     const json_t *list = json_object_get(archive->manifest, "scenarios");
     char name[64], reason[SCENARIO_WHY];
-    if (json_array_size(list) > SCENARIOS_MOST)
-        return refuse(why, "the manifest has more than %d scenarios", SCENARIOS_MOST);
+    if (json_array_size(list) > ARCHIVE_SCENARIOS)
+        return refuse(why, "the manifest has more than %d scenarios", ARCHIVE_SCENARIOS);
     archive->options.scenarios = archive->scenarios;
     for (size_t i = 0; i < json_array_size(list); i++) {
         struct check_scenario *scenario = &archive->scenarios[i];
@@ -256,7 +256,7 @@ void archive_close(struct archive *archive)
 {
     if (archive == NULL)
         return;
-    for (size_t i = 0; i < SCENARIOS_MOST; i++) {
+    for (size_t i = 0; i < ARCHIVE_SCENARIOS; i++) {
         scenario_close((struct scenario *)(uintptr_t)archive->scenarios[i].scenario);
         free(archive->texts[i]);
     }
@@ -348,7 +348,7 @@ int archive_fill(const struct archive *archive, struct check *check, char why[CH
     int r = 0;
     for (int id = 0; id < EXPERIMENT_COUNT && r == 0; id++)
         r = fill_run(archive, &check->runs[id], why);
-    check->scenarios = calloc(SCENARIOS_MOST, sizeof *check->scenarios);
+    check->scenarios = calloc(ARCHIVE_SCENARIOS, sizeof *check->scenarios);
     if (check->scenarios == NULL)
         return refuse(why, "no memory");
     for (size_t i = 0; i < archive->options.scenario_count && r == 0; i++) {

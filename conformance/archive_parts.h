@@ -5,9 +5,10 @@
 
 #include "conformance/archive.h"
 
-#define ARCHIVE_PATH     4352
-#define ARCHIVE_MANIFEST "manifest.json"
-#define ARCHIVE_MODULE   "module"
+#define ARCHIVE_PATH      4352
+#define ARCHIVE_MANIFEST  "manifest.json"
+#define ARCHIVE_MODULE    "module"
+#define ARCHIVE_SCENARIOS 32
 
 /* Of the file names in it. */
 static inline void archive_scenario_name(size_t index, const char *ending, char name[64])

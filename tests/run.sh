@@ -90,6 +90,7 @@ sh tests/strangers.sh	other people's masters on the simulated bus; captures
 sh tests/pascal.sh	Pascal: template, layouts, what is refused
 sh tests/sdk_support.sh	SDK: support library in real modules
 sh tests/new.sh	tgm new: projects that pass untouched
+sh tests/cli_check.sh	what may be asked of tgm check
 sh tests/cli.sh	the program from the outside
 sh tests/windows.sh	modules for the 64-bit PC, against elf64
 sh tests/certify.sh	certificates: signing, verifying, tampering
