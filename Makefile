@@ -409,6 +409,21 @@ FUZZ_CC := clang -std=gnu11 -g -O2 $(INCLUDE) -fsanitize=fuzzer,address,undefine
 # For readers whose words stand in a dictionary (tests/corpus/NAME.dict): looking on at every comparison takes most of the time.
 FUZZ_WORDS := -fno-sanitize-coverage=trace-cmp
 
+# Headers with small limits, which an input of some hundred bytes reaches, and with structures that are cleared and
+# looked through ten thousand times a second: evidence has 4 kB instead of 360.
+FUZZ_SMALL := $(BUILD)/fuzz/small
+FUZZ_LIMITS := SCENARIO_STATEMENTS=24 SCENARIO_REGISTERS=8 SCENARIO_CODE=96 \
+    EVIDENCE_INCIDENTS=2 EVIDENCE_MESSAGES=3 EVIDENCE_TEXT=24 EVIDENCE_FAULTS=3 EVIDENCE_FAILURES=4 EVIDENCE_LINES=4 \
+    EVIDENCE_EEPROM=32 EVIDENCE_INTERRUPTS=3 EVIDENCE_RACES=2 \
+    AUDIT_ACCESSES=4 DIGEST_STATES=4 DIGEST_TRAILS=4 DIGEST_MEMORIES=2 COVERAGE_MOST=64 SKETCH_BUCKETS=4 LATENCY_BINS=8
+FUZZ_LIMIT_HEADERS := scenario_parts.h evidence.h audit.h digest.h coverage.h sketch.h realtime.h
+$(FUZZ_SMALL)/.made: Makefile $(addprefix harness/host/,$(FUZZ_LIMIT_HEADERS))
+	@mkdir -p $(FUZZ_SMALL)/host
+	$(Q)for header in $(FUZZ_LIMIT_HEADERS); do \
+	    sed $(foreach limit,$(FUZZ_LIMITS),-e 's/^#define $(firstword $(subst =, ,$(limit))) .*/#define $(subst =, ,$(limit))/') \
+	        harness/host/$$header >$(FUZZ_SMALL)/host/$$header || exit 1; done
+	@touch $@
+
 $(BUILD)/fuzz/fuzz_image: tests/fuzz_image.c tests/image_support.c tests/image_support_pe.c $(addprefix harness/image/,$(IMAGE_SRC)) | $(BUILD)/.deps-test
 	@mkdir -p $(@D)
 	@echo "  FUZZ   $@"
@@ -444,10 +459,10 @@ $(BUILD)/fuzz/fuzz_text16: tests/fuzz_text16.c harness/host/text16.c harness/mac
 	@echo "  FUZZ   $@"
 	$(Q)$(FUZZ_CC) -o $@ $(filter %.c,$^) -lm
 
-$(BUILD)/fuzz/fuzz_evidence: tests/fuzz_evidence.c $(addprefix harness/host/,evidence.c evidence_file.c evidence_rows.c audit.c sketch.c product.c catalogue.c) conformance/waivers.c | $(BUILD)/.deps-test
+$(BUILD)/fuzz/fuzz_evidence: tests/fuzz_evidence.c $(addprefix harness/host/,evidence.c evidence_file.c evidence_rows.c audit.c coverage.c sketch.c product.c catalogue.c) conformance/waivers.c $(FUZZ_SMALL)/.made | $(BUILD)/.deps-test
 	@mkdir -p $(@D)
 	@echo "  FUZZ   $@"
-	$(Q)$(FUZZ_CC) -o $@ $(filter %.c,$^) -lm
+	$(Q)$(FUZZ_CC) -iquote $(FUZZ_SMALL) $(FUZZ_WORDS) -o $@ $(filter %.c,$^) -lm
 
 # The arithmetic of an interpolator and the text it reads.
 $(BUILD)/fuzz/fuzz_path: tests/fuzz_path.c $(addprefix harness/host/,interp_file.c interp_path.c interp_run.c interp_filter.c angle.c profile_shape.c) | $(BUILD)/.deps-test
@@ -474,21 +489,6 @@ $(BUILD)/fuzz/fuzz_device: tests/fuzz_device.c $(addprefix harness/bus/,$(DEVICE
 	@mkdir -p $(@D)
 	@echo "  FUZZ   $@"
 	$(Q)$(FUZZ_CC) $(XML) -o $@ $(filter %.c,$^) -lxml2
-
-# Headers with small limits, which an input of some hundred bytes reaches, and with structures that are cleared and
-# looked through ten thousand times a second: evidence has 4 kB instead of 360.
-FUZZ_SMALL := $(BUILD)/fuzz/small
-FUZZ_LIMITS := SCENARIO_STATEMENTS=24 SCENARIO_REGISTERS=8 SCENARIO_CODE=96 \
-    EVIDENCE_INCIDENTS=2 EVIDENCE_MESSAGES=3 EVIDENCE_TEXT=24 EVIDENCE_FAULTS=3 EVIDENCE_FAILURES=4 EVIDENCE_LINES=4 \
-    EVIDENCE_EEPROM=32 EVIDENCE_INTERRUPTS=3 EVIDENCE_RACES=2 \
-    AUDIT_ACCESSES=4 DIGEST_STATES=4 DIGEST_TRAILS=4 DIGEST_MEMORIES=2 COVERAGE_MOST=64 SKETCH_BUCKETS=4 LATENCY_BINS=8
-FUZZ_LIMIT_HEADERS := scenario_parts.h evidence.h audit.h digest.h coverage.h sketch.h realtime.h
-$(FUZZ_SMALL)/.made: Makefile $(addprefix harness/host/,$(FUZZ_LIMIT_HEADERS))
-	@mkdir -p $(FUZZ_SMALL)/host
-	$(Q)for header in $(FUZZ_LIMIT_HEADERS); do \
-	    sed $(foreach limit,$(FUZZ_LIMITS),-e 's/^#define $(firstword $(subst =, ,$(limit))) .*/#define $(subst =, ,$(limit))/') \
-	        harness/host/$$header >$(FUZZ_SMALL)/host/$$header || exit 1; done
-	@touch $@
 
 # Scenarios without a host and without a bus: the fuzzer has the two functions that they want.
 SCENARIO_SRC := $(addprefix harness/host/,$(filter scenario_%,$(HOST_SRC)) catalogue.c) harness/bus/scan.c
