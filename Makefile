@@ -200,6 +200,7 @@ CONFORMANCE_SRC := profile.c rules.c findings.c incidents.c rules_file.c rules_s
     rules_disturbed.c \
     again.c \
     archive_open.c \
+    archive_read.c \
     archive_save.c \
     waivers.c \
     selftest.c \
@@ -291,6 +292,7 @@ FUZZERS := fuzz_image fuzz_text \
     fuzz_config \
     fuzz_text16 \
     fuzz_evidence \
+    fuzz_manifest \
     fuzz_path
 .PHONY: fuzz
 fuzz: $(addprefix $(BUILD)/fuzz/,$(FUZZERS)) ## fuzz the readers of module files and fault scripts, the SDK's text and the bus segment for FUZZ_SECONDS each (default 300)
@@ -449,10 +451,10 @@ $(BUILD)/fuzz/fuzz_config: tests/fuzz_config.c $(addprefix harness/host/,config.
 	@echo "  FUZZ   $@"
 	$(Q)$(FUZZ_CC) $(FUZZ_WORDS) -o $@ $(filter %.c,$^) -linih
 
-$(BUILD)/fuzz/fuzz_certificate: tests/fuzz_certificate.c $(addprefix conformance/,certificate.c envelope.c keys.c) harness/report/report.c | $(BUILD)/.deps-test
+$(BUILD)/fuzz/fuzz_certificate: tests/fuzz_certificate.c tests/fuzz_json.h $(addprefix conformance/,certificate.c envelope.c keys.c) harness/report/report.c | $(BUILD)/.deps-test
 	@mkdir -p $(@D)
 	@echo "  FUZZ   $@"
-	$(Q)$(FUZZ_CC) -o $@ $(filter %.c,$^) -ljansson -lsodium
+	$(Q)$(FUZZ_CC) -Itests -o $@ $(filter %.c,$^) -ljansson -lsodium
 
 $(BUILD)/fuzz/fuzz_text16: tests/fuzz_text16.c harness/host/text16.c harness/machine/arguments.c | $(BUILD)/.deps-test
 	@mkdir -p $(@D)
@@ -463,6 +465,12 @@ $(BUILD)/fuzz/fuzz_evidence: tests/fuzz_evidence.c $(addprefix harness/host/,evi
 	@mkdir -p $(@D)
 	@echo "  FUZZ   $@"
 	$(Q)$(FUZZ_CC) -iquote $(FUZZ_SMALL) $(FUZZ_WORDS) -o $@ $(filter %.c,$^) -lm
+
+# The manifest of saved evidence; the fuzzer has the folder.
+$(BUILD)/fuzz/fuzz_manifest: tests/fuzz_manifest.c tests/fuzz_json.h $(addprefix conformance/,archive_open.c again.c profile.c waivers.c) $(addprefix harness/host/,$(filter-out scenario_play.c,$(filter scenario_%,$(HOST_SRC))) product.c catalogue.c) harness/bus/scan.c $(FUZZ_SMALL)/.made | $(BUILD)/.deps-test
+	@mkdir -p $(@D)
+	@echo "  FUZZ   $@"
+	$(Q)$(FUZZ_CC) -Itests -iquote $(FUZZ_SMALL) $(FUZZ_WORDS) -o $@ $(filter %.c,$^) -ljansson -lsodium -lm
 
 # The arithmetic of an interpolator and the text it reads.
 $(BUILD)/fuzz/fuzz_path: tests/fuzz_path.c $(addprefix harness/host/,interp_file.c interp_path.c interp_run.c interp_filter.c angle.c profile_shape.c) | $(BUILD)/.deps-test

@@ -6,7 +6,6 @@
  * Signing takes a hundred times as long as all the rest: a quick hash stands in for it, so that
  * what lies behind a signature that holds is looked at as often as what lies in front.
  */
-#include <ctype.h>
 #include <sodium.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -14,6 +13,7 @@
 #include <string.h>
 
 #include "conformance/certificate.h"
+#include "fuzz_json.h"
 
 #define TYPE "application/vnd.in-toto+json"
 
@@ -135,49 +135,6 @@ int LLVMFuzzerInitialize(int *argument_count, char ***arguments)
     (void)arguments;
     make_key();
     return atexit(say_what_was_seen);
-}
-
-/* Letters and digits become others: what was a certificate stays one, or all but. */
-static void change_letters(uint8_t *data, size_t size, unsigned int seed)
-{
-    static const char hex[] = "0123456789abcdef";
-    for (unsigned int left = 1 + seed % 3; left > 0; left--) {
-        seed = seed * 1103515245u + 12345u;
-        uint8_t *at = &data[1 + (seed >> 8) % (size - 1)];
-        if (isdigit(*at) || isxdigit(*at))
-            *at = (uint8_t)hex[seed >> 4 & 15];
-        else if (isalpha(*at))
-            *at = (uint8_t)('a' + (seed >> 4) % 26);
-    }
-}
-
-/* A text of a list, with what divides it from the next, comes twice. */
-static size_t double_text(uint8_t *data, size_t size, size_t max_size, unsigned int seed)
-{
-    const size_t at = 1 + seed % (size - 1);
-    uint8_t *begin = memchr(data + at, '"', size - at);
-    uint8_t *comma = begin != NULL ? memchr(begin, ',', (size_t)(data + size - begin)) : NULL;
-    if (comma == NULL)
-        return size;
-    const size_t length = (size_t)(comma + 1 - begin);
-    if (length > max_size - size)
-        return size;
-    memmove(begin + length, begin, (size_t)(data + size - begin));
-    return size + length;
-}
-
-size_t LLVMFuzzerCustomMutator(uint8_t *data, size_t size, size_t max_size, unsigned int seed);
-size_t LLVMFuzzerMutate(uint8_t *data, size_t size, size_t max_size);
-
-size_t LLVMFuzzerCustomMutator(uint8_t *data, size_t size, size_t max_size, unsigned int seed)
-{
-    seed = seed * 2654435761u >> 4;
-    if (size < 2 || seed % 4 != 0)
-        return LLVMFuzzerMutate(data, size, max_size);
-    if (seed % 16 == 0)
-        return double_text(data, size, max_size, seed >> 4);
-    change_letters(data, size, seed >> 4);
-    return size;
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
