@@ -50,6 +50,7 @@ MACHINE_SRC := load.c poison.c regions.c call.c fault.c attribute.c watchdog.c s
     arguments.c \
     serve.c \
     reload.c \
+    aside.c \
     rehearse.c \
     system_call.c \
     machine.c \

@@ -81,7 +81,10 @@ void incident_describe(const struct evidence_incident *incident, char text[FINDI
                  name_of_call, fault->syscall_i386 ? "32-bit " : "", fault->syscall);
         break;
     case MACHINE_HANG:
-        snprintf(what, sizeof what, "did not return within a second");
+        snprintf(what, sizeof what, "%s",
+                 strcmp(incident->service, "pSleepFt") == 0
+                     ? "slept for more than a second in a call"
+                     : "did not return within a second");
         break;
     case MACHINE_FAULT:
         describe_fault(fault, what, sizeof what);
@@ -90,6 +93,7 @@ void incident_describe(const struct evidence_incident *incident, char text[FINDI
         snprintf(what, sizeof what, "executed an instruction that the emulated CPU lacks");
         break;
     case MACHINE_RETURNED:
+    case MACHINE_ASIDE:
         snprintf(what, sizeof what, "returned");
         break;
     }
