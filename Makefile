@@ -130,6 +130,7 @@ LAYOUT_SRC := measure.c \
     digest_take.c \
     plc.c \
     preempt.c \
+    sleep.c \
     races.c \
     races_judge.c \
     races_state.c \
