@@ -50,6 +50,7 @@ MACHINE_SRC := load.c poison.c regions.c call.c fault.c attribute.c watchdog.c s
     arguments.c \
     serve.c \
     reload.c \
+    aside.c \
     rehearse.c \
     system_call.c \
     machine.c \
@@ -129,6 +130,7 @@ LAYOUT_SRC := measure.c \
     digest_take.c \
     plc.c \
     preempt.c \
+    sleep.c \
     races.c \
     races_judge.c \
     races_state.c \

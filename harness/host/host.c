@@ -180,6 +180,37 @@ void host_incident(struct host *host, enum entry entry, const struct machine_out
     incident->fault.service = NULL;
 }
 
+void host_calling(struct host *host, enum entry entry)
+{
+    host->evidence->entry = entry;
+    host->evidence->stage = EVIDENCE_CALLING;
+    host->preempt.called |= 1u << entry;
+    watch_begin(host, entry);
+}
+
+bool host_called(struct host *host, enum entry entry, const struct machine_outcome *outcome)
+{
+    struct evidence *evidence = host->evidence;
+    evidence->entry = entry;
+    evidence->stage = EVIDENCE_BETWEEN;
+    watch_end(host, entry, outcome);
+    if (outcome->kind == MACHINE_ASIDE) {
+        sleep_begins(host, entry, outcome->aside);
+        return false;
+    }
+    preempt_done(host, entry);
+    if (outcome->kind != MACHINE_RETURNED) {
+        host_incident(host, entry, outcome);
+        return false;
+    }
+    statistics_call(host, entry, outcome->elapsed_ns);
+    evidence->calls[entry].count++;
+    if (entry == ENTRY_04 && outcome->instructions != 0)
+        sketch_note(&evidence->sketch, SKETCH_INSTRUCTIONS, (double)outcome->instructions);
+    evidence->calls[entry].last_value = (int32_t)outcome->value;
+    return true;
+}
+
 /* One call of one function; a function that once failed to return is not called again until the
  * module is loaded again. */
 bool host_call(struct host *host, enum entry entry)
@@ -188,29 +219,13 @@ bool host_call(struct host *host, enum entry entry)
     struct machine_outcome outcome;
     if (evidence->calls[entry].disabled || host->entry_address[entry] == 0)
         return false;
-    evidence->entry = entry;
-    evidence->stage = EVIDENCE_CALLING;
     evidence->called_cycle[entry] = evidence->cycle;
-    host->preempt.called |= 1u << entry;
     if (host->races != NULL)
         races_try(host, entry);
     preempt_plan(host, entry);
-    watch_begin(host, entry);
+    host_calling(host, entry);
     machine_call(host->machine, host->entry_address[entry], host->plc_data_module[entry], &outcome);
-    watch_end(host, entry, &outcome);
-    preempt_done(host, entry);
-    evidence->entry = entry;
-    evidence->stage = EVIDENCE_BETWEEN;
-    if (outcome.kind != MACHINE_RETURNED) {
-        host_incident(host, entry, &outcome);
-        return false;
-    }
-    statistics_call(host, entry, outcome.elapsed_ns);
-    evidence->calls[entry].count++;
-    if (entry == ENTRY_04 && outcome.instructions != 0)
-        sketch_note(&evidence->sketch, SKETCH_INSTRUCTIONS, (double)outcome.instructions);
-    evidence->calls[entry].last_value = (int32_t)outcome.value;
-    return true;
+    return host_called(host, entry, &outcome);
 }
 
 static bool start(struct host *host)
@@ -306,17 +321,28 @@ static void send(struct host *host)
         bus_send(host->bus, host->bus_zero + host->now_ns);
 }
 
-/* Program_03, 02, 01, each when it is due, and only if it is above the one that is interrupted. */
+/* True when a call of the function has come to its end. */
+static bool run_due(struct host *host, enum entry entry)
+{
+    if (sleep_is(host, entry))
+        sleep_goes_on(host, entry);
+    else if (host->now_ns >= host->due_ns[entry - ENTRY_01] && plc_calls(host))
+        host_call(host, entry);
+    else
+        return false;
+    return !sleep_is(host, entry);
+}
+
+/* Program_03, 02, 01, each when it is due or has slept long enough, and only if it is above the one
+ * that is interrupted. */
 static void call_due(struct host *host)
 {
     const struct host_config *config = &host->config;
     const uint64_t base = host->plc.run_cycle * config->cycle_us * UINT64_C(1000);
     for (int i = 2; i >= 0 && ENTRY_01 + i > (int)host->preempt.interrupted; i--) {
-        if (host->now_ns < host->due_ns[i] || !plc_calls(host))
-            continue;
-        host_call(host, (enum entry)(ENTRY_01 + i));
-        host->due_ns[i] =
-            base + schedule_due(config->product, config->program_period_us[i], host->now_ns - base);
+        if (run_due(host, (enum entry)(ENTRY_01 + i)))
+            host->due_ns[i] = base + schedule_due(config->product, config->program_period_us[i],
+                                                  host->now_ns - base);
     }
 }
 

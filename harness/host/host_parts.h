@@ -31,6 +31,7 @@
 #include "host/scenario_play.h"
 #include "host/schedule.h"
 #include "host/servo_wire.h"
+#include "host/sleep.h"
 
 #if TGM_GENERATION == 4
 #define GENERATION(four, five) four
@@ -208,8 +209,9 @@ struct host {
 
     struct plc plc;
     struct preempt preempt;
-    struct races *races;   /* NULL: interrupts are not tried out */
-    struct realtime *real; /* NULL: the clock is virtual */
+    struct sleeper sleepers[3]; /* Program_01..03 */
+    struct races *races;        /* NULL: interrupts are not tried out */
+    struct realtime *real;      /* NULL: the clock is virtual */
     struct measured measured;
     struct digester *digester; /* NULL: no digest is wanted */
     struct host_copy *copy;    /* of the start; NULL: TG Motion cannot begin anew */
@@ -312,6 +314,18 @@ enum host_plc plc_state(const struct host *host);
 /* preempt.c: plans how the call of Program_01 to Program_03 that follows is interrupted. */
 void preempt_plan(struct host *host, enum entry entry);
 void preempt_done(struct host *host, enum entry entry);
+/* The same for a call that goes on after it was asleep since that time of realtime_now(). */
+void preempt_plan_on(struct host *host, enum entry entry, uint64_t since_ns);
+
+/* sleep.c: SleepFt of the function that runs, in 100 ns. */
+void sleep_wanted(struct host *host, int64_t units);
+/* Its call has been set aside for it. */
+void sleep_begins(struct host *host, enum entry entry, unsigned aside);
+bool sleep_is(const struct host *host, enum entry entry);
+bool sleep_anyone(const struct host *host);
+/* A function that is asleep: on with its call, if it is time. */
+void sleep_goes_on(struct host *host, enum entry entry);
+void sleep_drop_all(struct host *host);
 
 /* rewind.c. No room for a copy: none is kept. */
 void rewind_keep(struct host *host);
@@ -323,6 +337,9 @@ extern const struct host_part host_measure;
 
 /* host.c, for the files of PLC control */
 bool host_call(struct host *host, enum entry entry);
+/* Around a call that begins or goes on; true when it is over and has returned. */
+void host_calling(struct host *host, enum entry entry);
+bool host_called(struct host *host, enum entry entry, const struct machine_outcome *outcome);
 /* A call that did not return as it should; the function is not called again. */
 void host_incident(struct host *host, enum entry entry, const struct machine_outcome *outcome);
 void host_slot(struct host *host); /* the next one of the schedule */
