@@ -81,7 +81,8 @@ void incident_describe(const struct evidence_incident *incident, char text[FINDI
                  name_of_call, fault->syscall_i386 ? "32-bit " : "", fault->syscall);
         break;
     case MACHINE_HANG:
-        snprintf(what, sizeof what, "did not return within a second");
+        snprintf(what, sizeof what, "did not return within a second%s",
+                 strcmp(incident->service, "pSleepFt") == 0 ? ", all of which it slept" : "");
         break;
     case MACHINE_FAULT:
         describe_fault(fault, what, sizeof what);
@@ -90,6 +91,7 @@ void incident_describe(const struct evidence_incident *incident, char text[FINDI
         snprintf(what, sizeof what, "executed an instruction that the emulated CPU lacks");
         break;
     case MACHINE_RETURNED:
+    case MACHINE_ASIDE:
         snprintf(what, sizeof what, "returned");
         break;
     }

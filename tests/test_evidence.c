@@ -299,6 +299,47 @@ static void evidence_comes_back_as_it_was(void **state)
     free(bytes);
 }
 
+/* Any other bits in one are undefined behaviour for whoever looks. */
+static void flags_out_of_a_file_are_true_or_false(void **state)
+{
+    static struct experiment_result in, out;
+    const struct evidence *e = &out.evidence;
+    const bool *const flags[] = {
+        &e->all_op,
+        &e->calls[ENTRY_05].disabled,
+        &e->unable[1].fault,
+        &e->eeprom.saved,
+        &e->instrumented,
+        &e->incidents[1].fault.in_module,
+        &e->lookup.asked,
+        &e->lookup.found,
+        &e->incidents[1].fault.has_pc,
+        &e->clock.used,
+        &e->clock.priority,
+        &e->incidents[1].fault.syscall_i386,
+        &e->clock.pinned,
+        &e->clock.locked,
+        &e->messages[1].of_host,
+        &e->races[1].by_writes,
+        &e->races[1].has_by_pc,
+        &e->failures[1].values[1].is_double,
+        &e->audit.traced,
+        &e->audit.accesses[1].write,
+        &e->audit.accesses[1].before_op,
+        &e->lines[1].value.is_double,
+    };
+    uint8_t *bytes;
+    size_t size;
+    char why[EVIDENCE_WHY];
+    (void)state;
+    memset(&in, 0xFE, sizeof in);
+    assert_int_equal(evidence_encode(&in, &bytes, &size), 0);
+    assert_int_equal(evidence_decode(&out, bytes, size, why), 0);
+    for (size_t i = 0; i < sizeof flags / sizeof *flags; i++)
+        assert_int_equal(*(const unsigned char *)flags[i], 1);
+    free(bytes);
+}
+
 static void waivers_are_refused(const char *text, const char *reason)
 {
     static struct waivers waivers;
@@ -436,6 +477,7 @@ int main(void)
         cmocka_unit_test(what_may_be_asked_anew_is_judged_anew),
         cmocka_unit_test(every_byte_of_evidence_is_in_a_row_but_for_padding),
         cmocka_unit_test(evidence_comes_back_as_it_was),
+        cmocka_unit_test(flags_out_of_a_file_are_true_or_false),
         cmocka_unit_test(waivers_need_a_rule_a_day_an_owner_and_a_reason),
         cmocka_unit_test(an_expired_waiver_fails_the_module),
         cmocka_unit_test(rules_are_chosen_by_patterns_and_taken_away_by_others),

@@ -189,6 +189,7 @@ HOST_TESTS := test_scope test_host \
     test_scenario_host \
     test_plc \
     test_preempt \
+    test_sleep \
     test_races \
     test_motion \
     test_gear \

@@ -207,6 +207,7 @@ static int prepare(const struct experiment *experiment, struct host_config *arou
             experiment->poison != MACHINE_POISON_NONE ? experiment->poison : MACHINE_POISON_SEEDED,
         .hang_ns = hang_ns,
         .interruptible = experiment->real_clock || around->preempt.mode != PREEMPT_NONE,
+        .asides = true,
     };
     int r = trace_open(experiment, around, evidence, &config);
     if (r == 0)

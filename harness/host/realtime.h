@@ -70,6 +70,8 @@ void realtime_cycle_end(struct realtime *real, uint64_t schedule_ns);
 void realtime_alarm(const struct realtime *real, struct machine *machine, uint64_t schedule_ns);
 /* CLOCK_MONOTONIC, ns */
 uint64_t realtime_now(const struct realtime *real);
+/* For so long; nothing else happens meanwhile. */
+void realtime_sleep(struct realtime *real, uint64_t ns);
 
 /* Where a bin ends, us. */
 uint64_t latency_bin_end(size_t bin);

@@ -68,7 +68,9 @@ void watch_begin(const struct host *host, enum entry entry)
 void watch_end(const struct host *host, enum entry entry, const struct machine_outcome *outcome)
 {
     struct audit_function *function = &host->evidence->audit.functions[entry];
-    if (host->config.audit != NULL)
+    if (host->config.audit != NULL && outcome->kind == MACHINE_ASIDE)
+        audit_pause(host->config.audit);
+    else if (host->config.audit != NULL)
         audit_end(host->config.audit, outcome->kind == MACHINE_RETURNED, outcome->instructions,
                   outcome->stack_bytes);
     if (outcome->kind != MACHINE_RETURNED || outcome->abi_broken == 0)

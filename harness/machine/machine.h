@@ -86,17 +86,19 @@ struct machine_config {
     const struct machine_trace *trace; /* instrumented; NULL: nothing is traced, which is faster */
     bool interruptible; /* calls may be interrupted; costs MACHINE_LEVELS - 1 stacks more, and
                            nothing in calls that are not */
+    bool asides;        /* calls may be set aside; costs the same stacks */
 };
 
 enum machine_region_access { MACHINE_REGION_READ, MACHINE_REGION_READ_WRITE };
 
 enum machine_outcome_kind {
     MACHINE_RETURNED,
-    MACHINE_FAULT,      /* processor exception: see fault */
-    MACHINE_SYSCALL,    /* module code issued a system call; it was not carried out */
-    MACHINE_HANG,       /* did not return in hang_ns */
-    MACHINE_UNSUPPORTED /* instrumented: the emulated CPU lacks an instruction that a real one of
-                           the target may have (fault.pc); says nothing about the module */
+    MACHINE_FAULT,       /* processor exception: see fault */
+    MACHINE_SYSCALL,     /* module code issued a system call; it was not carried out */
+    MACHINE_HANG,        /* did not return in hang_ns */
+    MACHINE_UNSUPPORTED, /* instrumented: the emulated CPU lacks an instruction that a real one of
+                            the target may have (fault.pc); says nothing about the module */
+    MACHINE_ASIDE        /* a service has set the call aside; it is not over */
 };
 
 /* Parts of the calling convention that a module can break and still return. Everything is put right
@@ -166,7 +168,8 @@ struct machine_outcome {
     uint64_t stack_bytes;  /* instrumented: how deep this call went into the module's stack, host
                               services not included; native: 0 */
     uint64_t elapsed_ns;   /* wall time of the call, 0 unless timing is on (machine_timing) */
-    struct machine_fault fault; /* not written when MACHINE_RETURNED */
+    unsigned aside;        /* which one it is, when MACHINE_ASIDE */
+    struct machine_fault fault; /* not written when MACHINE_RETURNED or MACHINE_ASIDE */
 };
 
 /* Whether a machine of that kind runs such an image: 0, or -ENOEXEC with the reason. An image with
@@ -193,8 +196,8 @@ void machine_unload(struct machine *machine);
  * The module as if loaded again: its writable memory, poison included, and its stacks are put back
  * to what machine_load() made of them. In a sealed process nothing can be mapped or protected any
  * more, hence from a copy that machine_load() kept; for the module it is the same. Constant memory
- * cannot have changed. Not from inside a call. 0, or -EFBIG when the writable memory was too large
- * for a copy (MACHINE_COPY_LIMIT).
+ * cannot have changed. Not from inside a call, nor while one is set aside. 0, or -EFBIG when the
+ * writable memory was too large for a copy (MACHINE_COPY_LIMIT).
  */
 #define MACHINE_COPY_LIMIT (64u << 20)
 int machine_reload(struct machine *machine, char why[MACHINE_WHY]);
@@ -237,8 +240,8 @@ bool machine_service_caller(const struct machine *machine, uint64_t *pc);
  * process. */
 int machine_seal(struct machine *machine, int evidence_fd, char why[MACHINE_WHY]);
 
-/* "write", "kill": the name of a system call (machine_fault.syscall and syscall_i386), "unknown" for
- * what has none. Allocates. */
+/* "write", "kill": the name of a system call (machine_fault.syscall and syscall_i386), "unknown"
+ * for what has none. Allocates. */
 #define MACHINE_CALL_NAME 32
 void machine_system_call_name(long number, bool i386, char name[MACHINE_CALL_NAME]);
 
@@ -291,6 +294,25 @@ bool machine_rehearses(const struct machine *machine);
  * it pushes or pops). Allocates when first called. How many there are. */
 unsigned machine_next_operands(struct machine *machine,
                                struct code_operand operands[CODE_OPERANDS]);
+
+/*
+ * Calls set aside: a call that waits for something in a host service, while others are made. It
+ * keeps its stack, and comes back from the service when it is gone on with. What it executes, how
+ * deep it goes and how long it takes is counted from its beginning to its end; the hang is found
+ * anew in each of its pieces natively, in their sum on an instrumented machine.
+ *
+ * In a service: the call is left when the service has returned, and machine_call() comes back with
+ * MACHINE_ASIDE. False when it cannot be: no stack would be left for another call, it is being
+ * rehearsed, or the machine sets none aside.
+ */
+bool machine_set_aside(struct machine *machine);
+/* Makes a call that is set aside the next one to go on; from here on the alarm reaches it. Nothing
+ * but machine_alarm_at() may come between this and machine_go_on(). */
+void machine_take_up(struct machine *machine, unsigned aside);
+/* As machine_call(), and its outcome may be MACHINE_ASIDE again. */
+void machine_go_on(struct machine *machine, struct machine_outcome *outcome);
+/* Or it is over: its outcome is MACHINE_HANG in the service. */
+void machine_drop(struct machine *machine, unsigned aside, struct machine_outcome *outcome);
 
 /* How many host services module code has entered so far. */
 uint64_t machine_services(const struct machine *machine);
