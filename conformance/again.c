@@ -140,6 +140,9 @@ void check_add_reproduction(const struct check_options *options, const struct im
         add_scenarios(options, finding, (size_t)at);
         return;
     }
+    if (!finding->has_cycle && options->cycles != 0 && at < FINDING_TEXT)
+        snprintf(finding->again + at, (size_t)(FINDING_TEXT - at), " --cycles %" PRIu64,
+                 options->cycles);
     if (finding->has_cycle && at < FINDING_TEXT)
         snprintf(finding->again + at, (size_t)(FINDING_TEXT - at), " --cycles %" PRIu64,
                  finding->cycles_needed != 0 ? finding->cycles_needed : finding->cycle + 1);
