@@ -174,6 +174,21 @@ command -v gdb >/dev/null || echo "SKIP  gdb is not installed: debug lines are n
 check "$fixtures/no-system-call/bad.tgm" --rule no-system-call
 lacks "no line runs without a sandbox what called the system" "debug:"
 
+# --- where reports go -----------------------------------------------------------------------------
+mkdir "$work/there" "$work/here"
+ln -s ../there/target.json "$work/here/link.json"
+for time in first second; do
+    check "$good" --rule no-fault --json "$work/here/link.json"
+    [ -L "$work/here/link.json" ] && grep -q '"verdict": "PASS"' "$work/there/target.json" &&
+        pass "a link stays one, the $time time" || fail "a link stays one, the $time time"
+    [ "$time" = second ] || echo "old" >"$work/there/target.json"
+done
+"$tgm" check "$good" --json "$work/here/killed.json" --html "$work/here/killed.html" >/dev/null 2>&1 &
+sleep 0.3
+kill -9 $!
+wait $! 2>/dev/null
+[ "$(ls "$work/here")" = link.json ] && pass "who is killed leaves nothing half-written" || fail "who is killed leaves nothing half-written"
+
 # --- values ---------------------------------------------------------------------------------------
 wrong() { # options text: a wrong call
     # shellcheck disable=SC2086
