@@ -65,6 +65,12 @@ int complain(const struct command *command, const char *format, ...)
 /* Seed of check and run unless --seed says otherwise. */
 #define DEFAULT_SEED 0x1d2f
 
+/* --rule, given several times, as check_options has it: with commas between them, NULL for none.
+ * False, and the reason said, when they are too long together. */
+#define PATTERNS_MAX (OPTION_TEXTS_MAX * 128)
+bool patterns_join(const struct command *command, const struct option_texts *patterns,
+                   char out[PATTERNS_MAX], const char **joined);
+
 struct profile;
 /* The profile of that name; NULL, and the allowed names said, when there is none. */
 const struct profile *profile_or_complain(const struct command *command, const char *name);
