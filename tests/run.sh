@@ -62,6 +62,7 @@ step "the program from the outside" sh tests/cli.sh
 step "reports in every form, against their schemas" sh tests/reports.sh
 step "modules of every target: judged, run, recorded" sh tests/targets.sh
 step "certificates: signing, verifying, tampering" sh tests/certify.sh
+step "readers of files, each with 20000 inputs" sh tests/fuzz.sh
 step "clocks, interrupts, reloads, shared memory" sh tests/clock.sh
 step "the oscilloscope, and recordings as pictures" sh tests/plot.sh
 step "other people's masters on the simulated bus; captures" sh tests/strangers.sh
