@@ -65,6 +65,22 @@ static void list_waivers(struct check *check, const struct check_options *option
     }
 }
 
+static void count_run(struct report *report, const struct experiment_result *result)
+{
+    report->runs_all++;
+    report->runs_emulated += result->evidence.instrumented;
+}
+
+static void count_runs(struct check *check, const struct check_options *options)
+{
+    for (int i = 0; i < EXPERIMENT_COUNT; i++)
+        if (check->runs[i].ran)
+            count_run(&check->report, &check->runs[i].result);
+    for (size_t i = 0; check->scenarios != NULL && i < options->scenario_count; i++)
+        if (check->scenarios[i].ran)
+            count_run(&check->report, &check->scenarios[i].result);
+}
+
 static void waive(struct check *check, struct rule_report *rule)
 {
     for (size_t i = 0; rule->outcome == RULE_FAILED && i < check->report.waiver_count; i++) {
@@ -109,6 +125,7 @@ int check_judge(struct check *check, const struct check_options *options)
     report->budgets = check->budgets;
     report->budget_count = budgets_report(&file, check->budgets);
     list_waivers(check, options);
+    count_runs(check, options);
     for (size_t i = 0; i < report->rule_count; i++) {
         judge_rule(check, options, &file, i);
         waive(check, &check->rules[i]);

@@ -203,7 +203,12 @@ int selftest_run(struct selftest *out, const struct selftest_options *options,
 {
     struct pool pool = { .options = options, .test = out };
     struct selftest_tally tally;
+    char idle[RULE_PATTERN];
     *out = (struct selftest){ .count = 0 };
+    if (rule_pattern_idle(options->rules, idle)) {
+        snprintf(why, SELFTEST_WHY, "no rule matches '%s'; `tgm rules` lists them", idle);
+        return -EINVAL;
+    }
     for (size_t i = 0; rule_at(i) != NULL; i++) {
         if (!rule_selected(options->rules, rule_at(i)->id))
             continue;
@@ -215,7 +220,7 @@ int selftest_run(struct selftest *out, const struct selftest_options *options,
         }
     }
     if (out->rules == 0) {
-        snprintf(why, SELFTEST_WHY, "no rule matches '%s'; `tgm rules` lists them", options->rules);
+        snprintf(why, SELFTEST_WHY, "'%s' leaves no rule to prove", options->rules);
         return -EINVAL;
     }
     try_all(&pool);

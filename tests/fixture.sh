@@ -30,6 +30,22 @@ case $source in
 esac
 compiler() { [ -n "$suffix" ] && echo "$1" | sed 's/gcc$/g++/; s/clang$/clang++/' || echo "$1"; }
 
+# library COMMAND SOURCE...: what the linker is given for the SDK's sources, which are C: objects beside a fixture in C++
+library() {
+    compile=$1
+    shift
+    for file; do
+        if [ -z "$suffix" ]; then
+            echo "$file"
+            continue
+        fi
+        object=$output.$(basename "$file" .c).o
+        # shellcheck disable=SC2086
+        run $compile -std=c11 $common -fno-builtin -c -o "$object" "$file" >&2
+        echo "$object"
+    done
+}
+
 # The .def file that exports the six functions, unless the fixture brings its own.
 definitions() {
     case $flags in
@@ -40,8 +56,15 @@ definitions() {
 
 mingw() {
     # shellcheck disable=SC2086,SC2046
-    run $(compiler "$1-w64-mingw32-gcc") $language $common -fno-builtin -mno-stack-arg-probe -o "$output" sdk/src/mem.c \
-        "$source" -nostdlib -shared -static -Wl,-e,0 -Wl,--no-insert-timestamp -Wl,--dynamicbase,--nxcompat \
+    case $flags in
+    -r*)
+        run "$1-w64-mingw32-gcc" $language $common -fno-builtin -o "$output" sdk/src/mem.c "$source" -nostdlib -r
+        return
+        ;;
+    esac
+    # shellcheck disable=SC2086,SC2046
+    run $(compiler "$1-w64-mingw32-gcc") $language $common -fno-builtin -mno-stack-arg-probe -o "$output" \
+        $(library "$1-w64-mingw32-gcc" sdk/src/mem.c) "$source" -nostdlib -shared -static -Wl,-e,0 -Wl,--no-insert-timestamp -Wl,--dynamicbase,--nxcompat \
         -Wl,--exclude-all-symbols $(definitions "$2") $flags -lgcc
 }
 
@@ -74,19 +97,30 @@ msvc() {
 
 # TGMmini and the controllers: generation 5, text of bytes.
 arm_flags="-DTGM_GENERATION=5 -DTGM_TEXT8 -marm"
+armv7="-march=armv7-a -mfpu=vfpv3-d16"
+cortex="-fno-pic -DTGM_FLAT -mcpu=cortex-a9 -mfpu=vfpv3 -mfloat-abi=hard -fno-common"
 
 # Not by the SDK's linker script, which refuses much of what fixtures do.
 arm() {
-    # shellcheck disable=SC2086
-    run arm-linux-gnueabihf-gcc $language $common $arm_flags -march=armv7-a -mfpu=vfpv3-d16 -fno-builtin -o "$output" \
-        sdk/src/mem.c sdk/src/arm.c "$source" -nostdlib -shared -Wl,-Bsymbolic -Wl,-e,0 -Wl,--hash-style=gnu -Wl,-z,noexecstack \
+    gnu=arm-linux-gnueabihf-gcc
+    case $flags in
+    -r*)
+        # shellcheck disable=SC2086
+        run $gnu $language $common $arm_flags $armv7 -fno-builtin -o "$output" sdk/src/mem.c "$source" -nostdlib $flags
+        return
+        ;;
+    esac
+    # shellcheck disable=SC2086,SC2046
+    run $(compiler $gnu) $language $common $arm_flags $armv7 -fno-builtin -o "$output" \
+        $(library "$gnu $arm_flags $armv7" sdk/src/mem.c sdk/src/arm.c) "$source" -nostdlib -shared -Wl,-Bsymbolic -Wl,-e,0 -Wl,--hash-style=gnu -Wl,-z,noexecstack \
         -Wl,--build-id=none -Wl,-z,separate-code -Wl,-z,max-page-size=4096 -Wl,-w -Wl,--no-warn-rwx-segments $flags -lgcc
 }
 
 flat() {
-    # shellcheck disable=SC2086
-    run arm-none-eabi-gcc $language $common $arm_flags -fno-pic -DTGM_FLAT -mcpu=cortex-a9 -mfpu=vfpv3 -mfloat-abi=hard \
-        -fno-common -fno-builtin -o "$output.elf" sdk/src/mem.c sdk/src/flat.c sdk/src/arm.c "$source" -nostdlib -static \
+    bare=arm-none-eabi-gcc
+    # shellcheck disable=SC2086,SC2046
+    run $(compiler $bare) $language $common $arm_flags $cortex -fno-builtin -o "$output.elf" \
+        $(library "$bare $arm_flags $cortex" sdk/src/mem.c sdk/src/flat.c sdk/src/arm.c) "$source" -nostdlib -static \
         -Wl,-T,sdk/link/flat.ld -Wl,--build-id=none -Wl,-z,max-page-size=4096 $flags -lgcc
     run arm-none-eabi-objcopy -O binary "$output.elf" "$output"
 }

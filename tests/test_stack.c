@@ -176,6 +176,7 @@ static void functions_in_thumb_code(void **state)
         { "t_if_then", 48, IMAGE_STACK_BOUNDED, NULL },
         { "t_table", 64, IMAGE_STACK_BOUNDED, NULL },
         { "t_frame", 24, IMAGE_STACK_BOUNDED, NULL },
+        { "t_to_arm", 48, IMAGE_STACK_BOUNDED, NULL },
     };
     (void)state;
     struct image *image = open_measured("stack_arm.so");

@@ -34,6 +34,7 @@ FIXTURES += $(FIXTURE_SCENARIOS)
 UNIT_TESTS := test_osc test_text16 test_catalogue \
     test_scenario \
     test_certificate \
+    test_suite \
     test_chronicle \
     test_report \
     test_audit \

@@ -80,16 +80,34 @@ def why_not_built(text):
     return None
 
 
+def digest(words, *paths):
+    found = hashlib.sha256("\0".join(words).encode())
+    for path in paths:
+        if path:
+            with open(path, "rb") as stream:
+                found.update(hashlib.sha256(stream.read()).digest())
+    return found.hexdigest()
+
+
 def judge(tgm, path, profile, scenario, cycles=CYCLES):
+    """The report of one module: kept under the hash of all that it depends on, so that a second run is quick."""
     command = [tgm, "check", path, "--profile", profile, "--json", "-", "--jobs", "1", "--cycles", cycles]
     if scenario:
         command += ["--scenario", scenario]
+    kept = os.path.join(os.path.dirname(tgm), "targets_report", "verdicts", digest(command[2:], tgm, path, scenario) + ".json")
+    if os.path.exists(kept):
+        with open(kept, encoding="utf-8") as stream:
+            return json.load(stream), ""
     result = run(command, timeout=600)
     text = result.stdout
     try:
         report, _ = json.JSONDecoder().raw_decode(text[text.index("{"):])
     except ValueError:
         return None, (result.stderr or text).strip()[-200:]
+    os.makedirs(os.path.dirname(kept), exist_ok=True)
+    with open(kept + ".new", "w", encoding="utf-8") as stream:
+        json.dump(report, stream)
+    os.replace(kept + ".new", kept)
     return report, ""
 
 

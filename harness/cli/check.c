@@ -109,7 +109,8 @@ static bool asks_for_a_run(const struct command *command, int argc, char **argv)
                                          "--config",  "--pcap", "--scenario", "--evidence" };
     for (int i = 0; i < argc; i++)
         for (size_t k = 0; k < sizeof names / sizeof *names; k++)
-            if (strcmp(argv[i], names[k]) == 0) {
+            if (strncmp(argv[i], names[k], strcspn(argv[i], "=")) == 0 &&
+                strcspn(argv[i], "=") == strlen(names[k])) {
                 complain(command, "%s is settled: --from-evidence runs nothing", names[k]);
                 return true;
             }
@@ -211,7 +212,9 @@ int command_check(const struct command *command, int argc, char **argv)
     uint64_t jobs = 0;
     bool no_colour = false;
     const struct option table[] = {
-        { "--profile", OPTION_TEXT, "NAME", "what is demanded: pc4 (default)", &profile, 0, 0 },
+        { "--profile", OPTION_TEXT, "NAME",
+          "what is demanded: pc4 (default), pc5, pc500, tgmmini, tgmcontroller or tgzmotion",
+          &profile, 0, 0 },
         { "--rule", OPTION_TEXTS, "PATTERN",
           "only the rules whose id matches, as in 'ini-*'; '!PATTERN': not those; may be given "
           "again",
@@ -219,8 +222,9 @@ int command_check(const struct command *command, int argc, char **argv)
         { "--strict", OPTION_FLAG, NULL, "what a module should keep counts as what it must",
           &options.strict, 0, 0 },
         { "--waive", OPTION_TEXT, "FILE",
-          "failures that somebody answers for, until a day (docs/certifying.md)", &waive, 0, 0 },
-        { "--evidence", OPTION_TEXT, "DIR", "save what was seen, to judge it again without a run",
+          "failures that somebody answers for, until a day (docs/checking.md)", &waive, 0, 0 },
+        { "--evidence", OPTION_TEXT, "DIR",
+          "save what was seen, to judge it again without a run (docs/checking.md)",
           &options.evidence, 0, 0 },
         { "--from-evidence", OPTION_TEXT, "DIR",
           "judge what was saved there: no MODULE, and nothing is run", &saved, 0, 0 },

@@ -24,7 +24,7 @@ static const struct command commands[] = {
     { "device", "[FILE...] [--convert SOURCE]",
       "Lists device types of the bus; checks device files and ESI.", command_device },
     { "selftest", "", "Proves every rule on modules that break it.", command_selftest },
-    { "rules", "", "Lists the rules.", command_rules },
+    { "rules", "[--book]", "Lists the rules.", command_rules },
     { "certify", "MODULE.tgm --key FILE [options]",
       "Judges a module by the frozen suite and signs that it passed.", command_certify },
     { "verify", "CERTIFICATE MODULE.tgm --key FILE [--evidence DIR]",
@@ -50,16 +50,15 @@ static void usage(FILE *stream)
 static int unknown_command(const char *word)
 {
     const char *names[COMMAND_COUNT];
-    for (size_t i = 0; i < COMMAND_COUNT; i++)
+    char all[256] = "";
+    for (size_t i = 0, at = 0; i < COMMAND_COUNT; i++) {
         names[i] = commands[i].name;
+        at += (size_t)snprintf(all + at, sizeof all - at, " %s", names[i]);
+    }
     const char *close = nearest(word, names, COMMAND_COUNT);
     if (close != NULL)
         return complain(NULL, "unknown command '%s' (did you mean %s?)", word, close);
-    return complain(
-        NULL,
-        "unknown command '%s'; allowed: check run bus inspect new config registers device "
-        "rules explain certify verify keygen help version",
-        word);
+    return complain(NULL, "unknown command '%s'; allowed:%s help version", word, all);
 }
 
 /* A closed standard stream must not become the next file that is opened. */

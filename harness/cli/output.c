@@ -88,8 +88,9 @@ char *read_text(const struct command *command, const char *what, const char *pat
     size_t size = 0;
     int error = file == NULL ? errno : text == NULL ? ENOMEM : 0;
     if (error == 0) {
+        errno = 0;
         size = fread(text, 1, TEXT_MAX + 1, file);
-        error = ferror(file) ? EIO : size > TEXT_MAX ? EFBIG : 0;
+        error = ferror(file) ? (errno != 0 ? errno : EIO) : size > TEXT_MAX ? EFBIG : 0;
     }
     if (file != NULL)
         fclose(file);

@@ -126,6 +126,9 @@ void evidence_clean(struct evidence *evidence)
     coverage_clean(&evidence->coverage);
     sketch_clean(&evidence->sketch);
     clean_bool(&evidence->clock.used);
+    clean_bool(&evidence->clock.priority);
+    clean_bool(&evidence->clock.pinned);
+    clean_bool(&evidence->clock.locked);
     end_text(evidence->clock.notice, sizeof evidence->clock.notice);
     end_text(evidence->trouble, sizeof evidence->trouble);
 }

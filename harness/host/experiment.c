@@ -361,13 +361,14 @@ static void note_damage(const struct relay *r, struct evidence *evidence)
 }
 
 /* Only what does not come to an end by itself takes so long, on a busy computer as well: an
- * emulated CPU is some thirty times slower. */
+ * emulated CPU is some thirty times slower, and trying out interrupts takes a second for each of
+ * machine time. */
 static uint64_t wall_limit(const struct experiment *experiment, bool instrumented)
 {
     const uint64_t cycle_us =
         experiment->host.cycle_us > 1000 ? experiment->host.cycle_us : UINT64_C(1000);
     const uint64_t limit = UINT64_C(10000000000) + experiment->cycles * cycle_us * 2000;
-    return instrumented ? 12 * limit : limit;
+    return instrumented || experiment->host.preempt.mode == PREEMPT_TRIED ? 12 * limit : limit;
 }
 
 int experiment_run(const struct experiment *experiment, const struct image *image,

@@ -9,22 +9,40 @@
 /* AL states are read every so many cycles: more often than anything reacts to them. */
 enum { POLL_CYCLES = 4 };
 
+#define LIST_ACTS(host, moment)                                                                    \
+    do {                                                                                           \
+        size_t count_ = 0;                                                                         \
+        for (size_t part_ = 0; host_parts[part_] != NULL; part_++)                                 \
+            if (host_parts[part_]->moment != NULL)                                                 \
+                (host)->acts.moment[count_++] = host_parts[part_]->moment;                         \
+    } while (0)
+
+/* Every part that wants to act at this moment, in order. */
+#define ACT(host, moment)                                                                          \
+    do {                                                                                           \
+        for (void (**act_)(struct host *) = (host)->acts.moment; *act_ != NULL; act_++)            \
+            (*act_)(host);                                                                         \
+    } while (0)
+
+static void list_acts(struct host *host)
+{
+    LIST_ACTS(host, cycle);
+    LIST_ACTS(host, receive);
+    LIST_ACTS(host, send);
+    LIST_ACTS(host, profile);
+    LIST_ACTS(host, slot);
+    LIST_ACTS(host, sample);
+}
+
 static int parts_open(struct host *host, char why[HOST_WHY])
 {
     int r = 0;
+    list_acts(host);
     for (size_t i = 0; host_parts[i] != NULL && r == 0; i++)
         if (host_parts[i]->open != NULL)
             r = host_parts[i]->open(host, why);
     return r;
 }
-
-/* Every part that wants to act at this moment, in order. */
-#define EACH_PART(host, moment)                                                                    \
-    do {                                                                                           \
-        for (size_t part_ = 0; host_parts[part_] != NULL; part_++)                                 \
-            if (host_parts[part_]->moment != NULL)                                                 \
-                host_parts[part_]->moment(host);                                                   \
-    } while (0)
 
 static int bus_start(struct host *host, char why[HOST_WHY])
 {
@@ -280,7 +298,7 @@ static void note_faults(struct host *host)
 
 static void receive(struct host *host)
 {
-    EACH_PART(host, cycle);
+    ACT(host, cycle);
     if (host->bus != NULL && host->cycle > host->loop_begin) {
         const int wkc = bus_receive(host->bus, host->bus_zero + host->now_ns);
         host->frame_back = wkc > 0;
@@ -292,13 +310,13 @@ static void receive(struct host *host)
             bus_poll_states(host->bus);
         note_bus(host);
     }
-    EACH_PART(host, receive);
+    ACT(host, receive);
     note_axes(host);
 }
 
 static void send(struct host *host)
 {
-    EACH_PART(host, send);
+    ACT(host, send);
     if (host->bus != NULL)
         bus_send(host->bus, host->bus_zero + host->now_ns);
 }
@@ -353,8 +371,8 @@ static void exchange(struct host *host, const struct slot *slot)
     if (slot->actions & SLOT_SEND)
         send(host);
     if (slot->actions & SLOT_PROFILE)
-        EACH_PART(host, profile);
-    EACH_PART(host, slot);
+        ACT(host, profile);
+    ACT(host, slot);
 }
 
 static void slot_run(struct host *host, const struct slot *slot)
@@ -373,7 +391,7 @@ static void slot_run(struct host *host, const struct slot *slot)
     if ((slot->actions & SLOT_PROGRAM_04) && plc_calls(host))
         host_call(host, ENTRY_04);
     if (slot->actions & SLOT_OSCILLOSCOPE) {
-        EACH_PART(host, sample);
+        ACT(host, sample);
         if (host->sample != NULL)
             host->sample(host->sample_argument, host);
     }
@@ -391,7 +409,9 @@ uint64_t host_next_slot_ns(const struct host *host)
 
 void host_clear_parts(struct host *host)
 {
-    EACH_PART(host, clear);
+    for (size_t i = 0; host_parts[i] != NULL; i++)
+        if (host_parts[i]->clear != NULL)
+            host_parts[i]->clear(host);
 }
 
 static void cycle_begin(struct host *host)

@@ -138,6 +138,17 @@ struct host_part {
     void (*sample)(struct host *host);
 };
 
+/* Most parts have nothing to do at most moments, and slots are many: who acts is listed once. */
+enum { HOST_PARTS_MOST = 24 };
+struct host_acts {
+    void (*cycle[HOST_PARTS_MOST])(struct host *host); /* each ends with NULL */
+    void (*receive[HOST_PARTS_MOST])(struct host *host);
+    void (*send[HOST_PARTS_MOST])(struct host *host);
+    void (*profile[HOST_PARTS_MOST])(struct host *host);
+    void (*slot[HOST_PARTS_MOST])(struct host *host);
+    void (*sample[HOST_PARTS_MOST])(struct host *host);
+};
+
 struct host {
     const struct host_ops *ops; /* first: host_select.c */
     struct host_config config;
@@ -208,6 +219,7 @@ struct host {
     size_t interpolator_count;
     bool path_started; /* the one of the configuration */
 
+    struct host_acts acts;
     uint64_t cycle, now_ns, timer_ms;
     size_t slot;          /* the next one of the cycle */
     bool loop;            /* the servo loop runs in this cycle */
@@ -220,7 +232,7 @@ struct host {
 };
 
 /* In the order in which they act; ends with NULL. host_rows.c */
-extern const struct host_part *const host_parts[];
+extern const struct host_part *const host_parts[HOST_PARTS_MOST];
 extern const struct host_part host_scope;
 extern const struct host_part host_scene;
 extern const struct host_part host_unable;

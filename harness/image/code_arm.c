@@ -405,6 +405,10 @@ static void read_branch(struct reading *r, enum code_flow direct, enum code_flow
         r->insn->flow = (uint8_t)direct;
         r->insn->target = (uint32_t)operand->imm;
         r->insn->target_thumb = r->insn->thumb != (r->from->id == ARM_INS_BLX);
+    } else if (reg == PC) { /* how linkers go from Thumb code to A32 */
+        r->insn->flow = (uint8_t)direct;
+        r->insn->target = (uint32_t)(pc_of(r) & ~(int64_t)3);
+        r->insn->target_thumb = false;
     } else if (reg == LR && through == CODE_JUMP_VALUE) {
         r->insn->flow = CODE_RETURN;
     } else if (reg == CODE_NONE) {

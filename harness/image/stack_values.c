@@ -18,8 +18,10 @@ static struct stack_value number(const struct stack *stack, uint64_t n)
     return (struct stack_value){ .kind = STACK_NUMBER, .n = (int64_t)n };
 }
 
-static struct stack_value place(uint64_t vaddr)
+static struct stack_value place(const struct stack *stack, uint64_t vaddr)
 {
+    if (stack->code.machine.word == 4)
+        vaddr = (uint32_t)vaddr;
     return (struct stack_value){ .kind = STACK_PLACE, .n = (int64_t)vaddr };
 }
 
@@ -110,7 +112,7 @@ static struct stack_value constant(const struct stack *stack, uint64_t vaddr, un
     if (!is_constant(stack, vaddr, width, literal) || width > STACK_WIDEST)
         return any;
     if (reloc != NULL)
-        return place((uint64_t)reloc->addend);
+        return place(stack, (uint64_t)reloc->addend);
     if (!image_file_range(image, vaddr, width, &offset))
         return any;
     return number(stack, image_word(image, vaddr, width));
@@ -165,7 +167,8 @@ static struct stack_value load(const struct stack *stack, struct stack_state *st
                                const struct code_op *op, uint64_t *own)
 {
     const unsigned word = stack->code.machine.word;
-    const struct stack_value a = op->a == CODE_NONE ? place((uint64_t)op->imm) : state->reg[op->a];
+    const struct stack_value a =
+        op->a == CODE_NONE ? place(stack, (uint64_t)op->imm) : state->reg[op->a];
     const struct stack_value *b = op->b == CODE_NONE ? NULL : &state->reg[op->b];
     const int64_t imm = op->a == CODE_NONE ? 0 : op->imm;
     if (a.kind == STACK_FRAME) {
@@ -219,8 +222,7 @@ static struct stack_value add(const struct stack *stack, struct stack_value a, i
     case STACK_NUMBER:
         return number(stack, (uint64_t)plus(a.n, imm));
     case STACK_PLACE:
-        a.n = plus(a.n, imm);
-        return a;
+        return place(stack, (uint64_t)plus(a.n, imm));
     case STACK_FRAME:
         if (stack->code.machine.word == 4)
             imm = (int32_t)imm;
@@ -266,7 +268,7 @@ static struct stack_value sum(const struct stack *stack, const struct stack_valu
     /* An index without scale counts bytes. */
     if (is_number(a) && is_number(b)) {
         if (a->kind == STACK_PLACE || b->kind == STACK_PLACE)
-            return place((uint64_t)plus(a->n, b->n));
+            return place(stack, (uint64_t)plus(a->n, b->n));
         return number(stack, (uint64_t)plus(a->n, b->n));
     }
     if (is_number(b))
@@ -354,13 +356,13 @@ static struct stack_value result(struct stack *stack, struct stack_state *state,
     case CODE_NUMBER:
         return number(stack, (uint64_t)op->imm);
     case CODE_PLACE:
-        return place((uint64_t)op->imm);
+        return place(stack, (uint64_t)op->imm);
     case CODE_HIGH:
         return high(stack, &state->reg[op->dst], op->imm);
     case CODE_ADD:
         return add(stack, *a, op->imm);
     case CODE_SUM:
-        base = a == NULL ? place((uint64_t)op->imm) : add(stack, *a, op->imm);
+        base = a == NULL ? place(stack, (uint64_t)op->imm) : add(stack, *a, op->imm);
         scaled = scale(stack, state->reg[op->b], op->shift);
         return sum(stack, &base, &scaled);
     case CODE_DIFF:

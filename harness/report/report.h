@@ -125,7 +125,7 @@ struct plot_report {
 struct waiver_report {
     const char *rule, *reason, *owner;
     const char *expiry; /* "2027-03-31" */
-    bool expired;       /* its rule fails as if it were not there */
+    bool expired;       /* it fails the module, whether its rule failed or not */
     bool used;          /* its rule failed */
 };
 
@@ -144,8 +144,11 @@ struct report {
     size_t group_count;
     /* Rules; one of severity note counts as passed or noted only. */
     unsigned passed, failed, not_judged, noted;
-    unsigned waived; /* of the failed */
-    bool strict;     /* failed "should" rules fail the module, too */
+    unsigned waived;        /* of the failed */
+    bool strict;            /* failed "should" rules fail the module, too */
+    bool instrumented;      /* every run that can be was to be on the instrumented machine */
+    unsigned runs_all;      /* that were made */
+    unsigned runs_emulated; /* of them, on the instrumented machine: asked for or not */
     enum verdict verdict;
     const char *rule_book; /* sha256 of the rules as they were judged; NULL: not known */
     const char *evidence;  /* sha256 of the manifest of the saved evidence; NULL: not saved */

@@ -171,4 +171,14 @@ function t_frame                /* 8 + 16 */
         mov     sp, r7
         pop     {r7, pc}
 
+        .balign 4
+        .thumb_func
+function t_to_arm               /* as a linker's veneer goes to A32 code: 48 of straight */
+        bx      pc
+        nop
+        .arm
+        ldr     ip, 1f
+0:      add     pc, ip, pc
+1:      .word   straight - (0b + 8)
+
         .section .note.GNU-stack, "", %progbits
