@@ -4,7 +4,9 @@
  * run.
  *
  *   manifest.json           what was asked for (module, profile, seed, rules, waivers ...), and of
- * every other file its size and SHA-256 module                  the module that was judged
+ *                           every other file its size and SHA-256
+ *   module                  the module that was judged; module.bin where its name ends so: what has
+ *                           no header is told by its name
  *   NAME.evidence           of an experiment of experiments.def (host/evidence_file.h)
  *   scenario-N.scenario, scenario-N.evidence
  *

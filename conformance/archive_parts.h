@@ -8,6 +8,7 @@
 #define ARCHIVE_PATH     4352
 #define ARCHIVE_MANIFEST "manifest.json"
 #define ARCHIVE_MODULE   "module"
+#define ARCHIVE_BIN      "module.bin" /* a flat image is told by its name */
 
 /* Of the file names in it. */
 static inline void archive_scenario_name(size_t index, const char *ending, char name[64])

@@ -185,6 +185,12 @@ static int make_folder(const struct saver *saver)
     return error;
 }
 
+static const char *module_name(const char *path)
+{
+    const size_t length = strlen(path);
+    return length >= 4 && strcmp(path + length - 4, ".bin") == 0 ? ARCHIVE_BIN : ARCHIVE_MODULE;
+}
+
 int archive_save(const struct check *check, const struct check_options *options, const char *folder,
                  char hash[ARCHIVE_HASH], char why[CHECK_WHY])
 {
@@ -194,7 +200,7 @@ int archive_save(const struct check *check, const struct check_options *options,
     int r = json_is_string(json_object_get(manifest, "module")) ? make_folder(&saver)
                                                                 : no_text(&saver, options->path);
     if (r == 0)
-        r = add_file(&saver, ARCHIVE_MODULE, check->image->bytes, check->image->size);
+        r = add_file(&saver, module_name(options->path), check->image->bytes, check->image->size);
     if (r == 0)
         r = save_experiments(&saver, check, manifest);
     if (r == 0)

@@ -8,9 +8,11 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "conformance/check.h"
+#include "conformance/expected.h"
 
 #define JOBS_MOST 64
 
@@ -21,6 +23,7 @@ struct pool {
     const struct selftest_options *options;
     struct selftest *test;
     atomic_size_t next;
+    atomic_bool over;
 };
 
 static bool ends_with(const char *text, const char *end)
@@ -68,19 +71,27 @@ static int find_fixtures(struct selftest *test, const struct rule *rule, const c
     return r;
 }
 
-/* The rule's machine.scenario, if it has one. False when it cannot be read. */
-static bool read_scenario(const struct pool *pool, struct selftest_fixture *fixture,
-                          char path[1024], struct scenario **scenario)
+/* The rule's machine.scenario, if it has one. */
+struct played {
+    struct scenario *scenario; /* NULL: it has none */
+    char path[1024], text[4096];
+};
+
+/* False when it cannot be read. */
+static bool read_scenario(const struct pool *pool, const struct selftest_fixture *fixture,
+                          struct played *played, char why[SCENARIO_WHY])
 {
-    char text[4096];
-    *scenario = NULL;
-    snprintf(path, 1024, "%s/%s/machine.scenario", pool->options->folder, fixture->rule->id);
-    FILE *file = fopen(path, "r");
+    played->scenario = NULL;
+    snprintf(played->path, sizeof played->path, "%s/%s/machine.scenario", pool->options->folder,
+             fixture->rule->id);
+    FILE *file = fopen(played->path, "r");
     if (file == NULL)
         return true;
-    const size_t size = fread(text, 1, sizeof text, file);
+    const size_t size = fread(played->text, 1, sizeof played->text - 1, file);
+    played->text[size] = '\0';
     fclose(file);
-    return scenario_read(scenario, text, size, path, catalogue_find(4, 0), fixture->why) == 0;
+    return scenario_read(&played->scenario, played->text, size, played->path, catalogue_find(4, 0),
+                         why) == 0;
 }
 
 /* The profile that loads such a file; of what no profile loads, pc4 says so. */
@@ -124,13 +135,25 @@ static void keep_findings(struct selftest_fixture *fixture, const struct report 
     fclose(out);
 }
 
-static void judge(struct selftest_fixture *fixture, const struct report *report)
+/* Of a good one nothing is expected but that there are none. */
+static void compare_findings(const struct pool *pool, struct selftest_fixture *fixture)
 {
+    char path[1024], why[EXPECTED_WHY];
+    snprintf(path, sizeof path, "%s/%s/expected", pool->options->folder, fixture->rule->id);
+    if (!expected_are(path, fixture->name, fixture->findings, why))
+        say(fixture, why, "", "");
+}
+
+static void judge(const struct pool *pool, struct selftest_fixture *fixture,
+                  const struct report *report)
+{
+    bool judged = false; /* by its own rule */
     keep_findings(fixture, report);
     for (size_t i = 0; i < report->rule_count; i++) {
         const struct rule_report *rule = &report->rules[i];
         const bool own = strcmp(rule->id, fixture->rule->id) == 0;
         const char *first = rule->finding_count > 0 ? rule->findings[0].what : "";
+        judged = judged || own;
         if (fixture->bad && own && rule->outcome != RULE_FAILED)
             say(fixture, "did not trip ", rule->id, "");
         if (rule->outcome == RULE_FAILED && !(fixture->bad && own)) {
@@ -141,45 +164,84 @@ static void judge(struct selftest_fixture *fixture, const struct report *report)
             say(fixture, "not judged by ", rule->id, "");
     }
     const bool must = fixture->rule->severity == SEVERITY_MUST;
-    if (fixture->bad && (report->verdict == VERDICT_FAIL) != must)
+    if (fixture->bad && judged && (report->verdict == VERDICT_FAIL) != must)
         say(fixture, "verdict ", verdict_name(report->verdict), "");
     if (!fixture->bad && report->verdict != VERDICT_PASS)
         say(fixture, "verdict ", verdict_name(report->verdict), "");
-    fixture->right = fixture->why[0] == '\0';
+    if (fixture->bad && judged && fixture->findings != NULL)
+        compare_findings(pool, fixture);
+}
+
+/* FOLDER/RULE/NAME, made if need be. */
+static const char *evidence_folder(const char *folder, const struct selftest_fixture *fixture,
+                                   bool make, char path[2048])
+{
+    const int length = snprintf(path, 1024, "%s/%s", folder, fixture->rule->id);
+    if (make) {
+        mkdir(folder, 0777);
+        mkdir(path, 0777); /* what went wrong is told where the evidence is written */
+    }
+    snprintf(path + length, 1024, "/%s", fixture->name);
+    return path;
+}
+
+static int run(const struct pool *pool, struct selftest_fixture *fixture, const char *rules,
+               struct check **check, char why[CHECK_WHY])
+{
+    const struct selftest_options *options = pool->options;
+    char folder[2048];
+    struct played played;
+    if (options->from_evidence != NULL)
+        return check_again(check,
+                           evidence_folder(options->from_evidence, fixture, false, folder),
+                           &(struct check_changes){ .rules = rules }, why);
+    if (!read_scenario(pool, fixture, &played, why))
+        return -EINVAL;
+    const struct check_scenario scenario = { .scenario = played.scenario,
+                                             .path = played.path,
+                                             .text = played.text };
+    const struct check_options of_check = {
+        .path = fixture->path,
+        .tool = "tgm selftest",
+        .profile = profile_for(fixture->path),
+        .seed = SEED,
+        .cycles = CYCLES,
+        .jobs = 1,
+        .rules = rules,
+        .scenarios = &scenario,
+        .scenario_count = played.scenario != NULL,
+        .evidence = options->evidence != NULL
+                        ? evidence_folder(options->evidence, fixture, true, folder)
+                        : NULL,
+    };
+    const int r = check_run(check, &of_check, why);
+    scenario_close(played.scenario);
+    return r;
 }
 
 static void try(const struct pool *pool, struct selftest_fixture *fixture)
 {
-    struct scenario *scenario;
+    const char *rules = pool->options->first_only ? fixture->rule->id : pool->options->judges;
     struct check *check;
-    char file[1024], why[CHECK_WHY];
-    if (!read_scenario(pool, fixture, file, &scenario))
-        return;
-    const struct check_scenario played = { .scenario = scenario, .path = file };
-    const struct check_options options = { .path = fixture->path,
-                                           .tool = "tgm selftest",
-                                           .profile = profile_for(fixture->path),
-                                           .seed = SEED,
-                                           .cycles = CYCLES,
-                                           .jobs = 1,
-                                           .rules =
-                                               pool->options->first_only ? fixture->rule->id : NULL,
-                                           .scenarios = &played,
-                                           .scenario_count = scenario != NULL };
-    if (check_run(&check, &options, why) == 0) {
-        judge(fixture, check_report(check));
+    char why[CHECK_WHY];
+    if (run(pool, fixture, rules, &check, why) == 0) {
+        judge(pool, fixture, check_report(check));
         check_free(check);
     } else {
         say(fixture, "could not be judged: ", "", why);
     }
-    scenario_close(scenario);
+    fixture->right = fixture->why[0] == '\0';
+    fixture->tried = true;
 }
 
 static void *work(void *argument)
 {
     struct pool *pool = argument;
-    for (size_t i; (i = atomic_fetch_add(&pool->next, 1)) < pool->test->count;)
+    for (size_t i; !pool->over && (i = atomic_fetch_add(&pool->next, 1)) < pool->test->count;) {
         try(pool, &pool->test->fixtures[i]);
+        if (pool->options->first_wrong && !pool->test->fixtures[i].right)
+            pool->over = true;
+    }
     return NULL;
 }
 
@@ -219,8 +281,10 @@ int selftest_run(struct selftest *out, const struct selftest_options *options,
         return -EINVAL;
     }
     try_all(&pool);
-    for (size_t i = 0; i < out->count; i++)
-        out->wrong += !out->fixtures[i].right;
+    for (size_t i = 0; i < out->count; i++) {
+        out->tried += out->fixtures[i].tried;
+        out->wrong += out->fixtures[i].tried && !out->fixtures[i].right;
+    }
     for (size_t i = 0; rule_at(i) != NULL; i++) {
         selftest_tally(out, rule_at(i), &tally);
         out->unproven +=

@@ -23,12 +23,16 @@ $(FIXTURE_DIR)/%$(2): conformance/fixtures/%.$(1) $(FIXTURE_MADE_WITH) | $(BUILD
 endef
 $(foreach suffix,c cpp S,$(foreach ending,.tgm .tgm.bin,$(eval $(call fixture_rule,$(suffix),$(ending)))))
 
-# A rule that needs one has a scenario beside its modules.
+# A rule has what its findings must say beside its modules, and a scenario where it needs one.
+FIXTURE_EXPECTED := $(patsubst conformance/fixtures/%,$(FIXTURE_DIR)/%,$(wildcard conformance/fixtures/*/expected))
+$(FIXTURE_DIR)/%/expected: conformance/fixtures/%/expected
+	@mkdir -p $(@D)
+	@cp $< $@
 FIXTURE_SCENARIOS := $(patsubst conformance/fixtures/%,$(FIXTURE_DIR)/%,$(wildcard conformance/fixtures/*/*.scenario))
 $(FIXTURE_DIR)/%.scenario: conformance/fixtures/%.scenario
 	@mkdir -p $(@D)
 	@cp $< $@
-FIXTURES += $(FIXTURE_SCENARIOS)
+FIXTURES += $(FIXTURE_SCENARIOS) $(FIXTURE_EXPECTED)
 
 # Each test program: its own source and what of the rooms it needs (all of them: they are small).
 UNIT_TESTS := test_osc test_text16 test_catalogue \

@@ -58,6 +58,13 @@ static size_t bytes_of(const struct evidence_row *rows)
     return bytes;
 }
 
+/* Where values lie in memory as they do in the file, a row of them is copied at once. */
+#if __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__
+enum { AS_IN_FILE = 1 };
+#else
+enum { AS_IN_FILE = 0 };
+#endif
+
 /* A value where the structure has it, as a number. */
 static uint64_t load(const void *at, size_t size)
 {
@@ -109,7 +116,12 @@ static uint8_t *values_out(const struct evidence_row *rows, const char *base, ui
 
 static const uint8_t *values_in(const struct evidence_row *rows, char *base, const uint8_t *from)
 {
-    for (; rows->name != NULL; rows++)
+    for (; rows->name != NULL; rows++) {
+        if (AS_IN_FILE && rows->of == NULL) {
+            memcpy(base + rows->offset, from, rows->count * rows->size);
+            from += rows->count * rows->size;
+            continue;
+        }
         for (size_t i = 0; i < rows->count; i++) {
             char *at = base + rows->offset + i * rows->size;
             if (rows->of != NULL) {
@@ -119,6 +131,7 @@ static const uint8_t *values_in(const struct evidence_row *rows, char *base, con
             store(at, rows->size, get(from, rows->size));
             from += rows->size;
         }
+    }
     return from;
 }
 
