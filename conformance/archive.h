@@ -37,7 +37,9 @@ void archive_close(struct archive *archive);
  * that was judged. */
 const struct check_options *archive_options(const struct archive *archive);
 const char *archive_hash(const struct archive *archive);
-/* Fills runs and scenarios of a check that has been planned with these options. */
-int archive_fill(const struct archive *archive, struct check *check, char why[CHECK_WHY]);
+/* Fills runs (of the experiments of the set) and scenarios of a check that has been planned with
+ * these options. */
+int archive_fill(const struct archive *archive, struct check *check, uint64_t wanted,
+                 char why[CHECK_WHY]);
 
 #endif

@@ -200,8 +200,7 @@ static int read_scenarios(struct archive *archive, char why[CHECK_WHY])
 static int look_at_module(struct archive *archive, char why[CHECK_WHY])
 {
     const json_t *files = json_object_get(archive->manifest, "files");
-    const char *name =
-        json_object_get(files, ARCHIVE_BIN) != NULL ? ARCHIVE_BIN : ARCHIVE_MODULE;
+    const char *name = json_object_get(files, ARCHIVE_BIN) != NULL ? ARCHIVE_BIN : ARCHIVE_MODULE;
     size_t size;
     char *bytes = read_listed(archive, name, &size, why);
     if (bytes == NULL)
@@ -345,12 +344,14 @@ static int fill_run(const struct archive *archive, struct case_run *run, char wh
     return 0;
 }
 
-int archive_fill(const struct archive *archive, struct check *check, char why[CHECK_WHY])
+int archive_fill(const struct archive *archive, struct check *check, uint64_t wanted,
+                 char why[CHECK_WHY])
 {
     const json_t *list = json_object_get(archive->manifest, "scenarios");
     int r = 0;
     for (int id = 0; id < EXPERIMENT_COUNT && r == 0; id++)
-        r = fill_run(archive, &check->runs[id], why);
+        if (experiment_in(wanted, id))
+            r = fill_run(archive, &check->runs[id], why);
     check->scenarios = calloc(SCENARIOS_MOST, sizeof *check->scenarios);
     if (check->scenarios == NULL)
         return refuse(why, "no memory");

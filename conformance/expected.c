@@ -1,34 +1,49 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
+#define _GNU_SOURCE /* memrchr() */
+
 #include "conformance/expected.h"
 
 #include <stdint.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
-#define INDENT "  "
-#define MOST   ((size_t)1 << 20)
+#define INDENT 2
+#define REASON "not judged: "
 
-/* A text and how much of it is left. */
-struct text {
-    const char *at;
-    size_t left;
-};
-
-/* The next line, without its end. False: there is none. */
-static bool next_line(struct text *text, struct text *line)
+/* The next line, without its end. False, and an empty one: there is none. */
+static bool next_line(struct expected *text, struct expected *line)
 {
+    *line = (struct expected){ "", 0 };
     if (text->left == 0)
         return false;
     const char *end = memchr(text->at, '\n', text->left);
-    *line = (struct text){ text->at, end != NULL ? (size_t)(end - text->at) : text->left };
+    *line = (struct expected){ text->at, end != NULL ? (size_t)(end - text->at) : text->left };
     const size_t used = line->left + (end != NULL);
-    *text = (struct text){ text->at + used, text->left - used };
+    *text = (struct expected){ text->at + used, text->left - used };
     return true;
 }
 
-/* One star after the other takes as little as it can; only the last may have to take more. */
-static bool fits(struct text pattern, struct text text)
+static bool is_indented(struct expected line)
+{
+    return line.left > INDENT && memcmp(line.at, "  ", INDENT) == 0;
+}
+
+bool expected_find(struct expected text, const char *module, struct expected *out)
+{
+    struct expected line, rest;
+    while (next_line(&text, &line))
+        if (line.left == strlen(module) && memcmp(line.at, module, line.left) == 0)
+            break;
+    if (line.left == 0)
+        return false;
+    for (rest = text; next_line(&rest, &line) && is_indented(line);)
+        ;
+    *out = (struct expected){ text.at, (size_t)((line.left > 0 ? line.at : rest.at) - text.at) };
+    return true;
+}
+
+/* A star takes as little as it can; of several only the last may have to take more. */
+static bool fits(struct expected pattern, struct expected text)
 {
     size_t p = 0, t = 0, star = SIZE_MAX, taken = 0;
     while (t < text.left) {
@@ -50,70 +65,77 @@ static bool fits(struct text pattern, struct text text)
     return p == pattern.left;
 }
 
+static struct expected whole(const char *text)
+{
+    return (struct expected){ text, strlen(text) };
+}
+
 bool expected_fits(const char *pattern, const char *text)
 {
-    return fits((struct text){ pattern, strlen(pattern) }, (struct text){ text, strlen(text) });
+    return fits(whole(pattern), whole(text));
 }
 
-static bool is_name(struct text line)
+/* The next line about a finding, or about what was not judged, without what it begins with. */
+static bool next_of(struct expected *text, bool reasons, struct expected *line)
 {
-    return line.left > 0 && line.at[0] != ' ' && line.at[0] != '#';
-}
-
-/* Moves to behind the line that is the module's name. */
-static bool find_module(struct text *text, const char *module)
-{
-    for (struct text line; next_line(text, &line);)
-        if (is_name(line) && line.left == strlen(module) && memcmp(line.at, module, line.left) == 0)
-            return true;
+    while (next_line(text, line)) {
+        *line = (struct expected){ line->at + INDENT, line->left - INDENT };
+        const bool reason =
+            line->left > strlen(REASON) && memcmp(line->at, REASON, strlen(REASON)) == 0;
+        if (reason != reasons)
+            continue;
+        if (reason)
+            *line = (struct expected){ line->at + strlen(REASON), line->left - strlen(REASON) };
+        return true;
+    }
     return false;
 }
 
-/* The next line of the same module. False, and an empty one: there is none. */
-static bool next_expected(struct text *text, struct text *line)
+bool expected_findings(struct expected expected, const char *findings, char why[EXPECTED_WHY])
 {
-    struct text rest = *text;
-    const size_t indent = strlen(INDENT);
-    if (!next_line(&rest, line) || line->left < indent || memcmp(line->at, INDENT, indent) != 0) {
-        *line = (struct text){ "", 0 };
-        return false;
-    }
-    *text = rest;
-    *line = (struct text){ line->at + indent, line->left - indent };
-    return true;
-}
-
-static bool compare(struct text expected, struct text found, char why[EXPECTED_WHY])
-{
-    for (struct text wanted, line;;) {
-        const bool more = next_expected(&expected, &wanted), other = next_line(&found, &line);
+    struct expected found = whole(findings), wanted, line;
+    for (;;) {
+        const bool more = next_of(&expected, false, &wanted), other = next_line(&found, &line);
         if (!more && !other)
             return true;
         if (more && other && fits(wanted, line))
             continue;
-        snprintf(why, EXPECTED_WHY, "expected \"%.*s\", found \"%.*s\"", more ? (int)wanted.left : 0,
-                 wanted.at, other ? (int)line.left : 0, other ? line.at : "");
+        snprintf(why, EXPECTED_WHY, "expected \"%.*s\", found \"%.*s\"", (int)wanted.left,
+                 wanted.at, (int)line.left, line.at);
         return false;
     }
 }
 
-bool expected_are(const char *path, const char *module, const char *findings,
-                  char why[EXPECTED_WHY])
+/* "RULE RULE RULE" */
+static bool is_listed(struct expected list, const char *rule)
 {
-    FILE *file = fopen(path, "rb");
-    char *bytes = file != NULL ? malloc(MOST) : NULL;
-    bool same = true;
-    if (bytes != NULL) {
-        struct text text = { bytes, fread(bytes, 1, MOST, file) };
-        if (find_module(&text, module)) {
-            same = compare(text, (struct text){ findings, strlen(findings) }, why);
-        } else {
-            snprintf(why, EXPECTED_WHY, "%s does not say what is expected of it", path);
-            same = false;
-        }
+    const size_t length = strlen(rule);
+    while (list.left > 0) {
+        const char *end = memchr(list.at, ' ', list.left);
+        const size_t size = end != NULL ? (size_t)(end - list.at) : list.left;
+        if (size == length && memcmp(list.at, rule, size) == 0)
+            return true;
+        list =
+            (struct expected){ list.at + size + (end != NULL), list.left - size - (end != NULL) };
     }
-    free(bytes);
-    if (file != NULL)
-        fclose(file);
-    return same;
+    return false;
+}
+
+bool expected_reason(struct expected expected, const char *rule, const char *reason,
+                     char why[EXPECTED_WHY])
+{
+    struct expected wanted = { "", 0 };
+    for (struct expected line; wanted.left == 0 && next_of(&expected, true, &line);) {
+        const char *mark = memrchr(line.at, '|', line.left);
+        if (mark == NULL)
+            continue;
+        const size_t size = (size_t)(mark - line.at);
+        if (is_listed((struct expected){ mark + 1, line.left - size - 1 }, rule))
+            wanted = (struct expected){ line.at, size };
+    }
+    if (fits(wanted, whole(reason)))
+        return true;
+    snprintf(why, EXPECTED_WHY, "%s not judged because \"%.200s\", expected \"%.*s\"", rule, reason,
+             (int)wanted.left, wanted.at);
+    return false;
 }

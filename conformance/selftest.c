@@ -15,6 +15,7 @@
 #include "conformance/expected.h"
 
 #define JOBS_MOST 64
+#define TEXT_MOST ((size_t)256 << 10) /* of a file `expected` */
 
 /* Enough for what every fixture does, short enough for all of them. */
 enum { CYCLES = 60, SEED = 1 };
@@ -94,6 +95,18 @@ static bool read_scenario(const struct pool *pool, const struct selftest_fixture
                          why) == 0;
 }
 
+/* A small file, to be freed; NULL when there is none. */
+static char *read_text(const char *path)
+{
+    FILE *file = fopen(path, "rb");
+    char *text = file != NULL ? calloc(1, TEXT_MOST + 1) : NULL;
+    if (text != NULL)
+        text[fread(text, 1, TEXT_MOST, file)] = '\0';
+    if (file != NULL)
+        fclose(file);
+    return text;
+}
+
 /* The profile that loads such a file; of what no profile loads, pc4 says so. */
 static const struct profile *profile_for(const char *path)
 {
@@ -114,46 +127,77 @@ static void say(struct selftest_fixture *fixture, const char *what, const char *
              id, more);
 }
 
-/* What its own rule says: the same on every machine, but for addresses of code. */
-static void keep_findings(struct selftest_fixture *fixture, const struct report *report)
+/* Where a finding is: "at (Program_04) bad.c:7", as the address depends on the compiler. */
+static const char *place_of(const struct finding *finding)
+{
+    const char *mark = finding->has_address ? strstr(finding->place, "+0x") : NULL;
+    return mark != NULL ? mark + 3 + strspn(mark + 3, "0123456789abcdef") : finding->place;
+}
+
+/* What its own rule says: the same on every machine. */
+static void keep_findings(struct selftest_fixture *fixture, const struct rule_report *rule)
 {
     size_t size;
     FILE *out = open_memstream(&fixture->findings, &size);
     if (out == NULL)
         return;
-    for (size_t i = 0; i < report->rule_count; i++) {
-        const struct rule_report *rule = &report->rules[i];
-        if (strcmp(rule->id, fixture->rule->id) != 0)
-            continue;
-        for (size_t k = 0; k < rule->finding_count; k++) {
-            const struct finding *f = &rule->findings[k];
-            const char *place = strchr(f->place, '(');
-            fprintf(out, "%s|%s|%s|%s|%llu\n", f->what, f->when, place != NULL ? place : "",
-                    f->function != NULL ? f->function : "", (unsigned long long)f->count);
-        }
+    for (size_t i = 0; i < rule->finding_count; i++) {
+        const struct finding *f = &rule->findings[i];
+        fprintf(out, "%s|%s|%s%s|%s|%llu\n", f->what, f->when, f->has_address ? "at" : "",
+                place_of(f), f->function != NULL ? f->function : "", (unsigned long long)f->count);
     }
     fclose(out);
 }
 
-/* Of a good one nothing is expected but that there are none. */
-static void compare_findings(const struct pool *pool, struct selftest_fixture *fixture)
+/* What the rules say that did not judge it, "REASON|RULE" and a line each. */
+static void keep_reasons(struct selftest_fixture *fixture, const struct report *report)
+{
+    size_t size;
+    FILE *out = open_memstream(&fixture->reasons, &size);
+    for (size_t i = 0; out != NULL && i < report->rule_count; i++)
+        if (report->rules[i].outcome == RULE_NOT_JUDGED)
+            fprintf(out, "%s|%s\n", report->rules[i].reason, report->rules[i].id);
+    if (out != NULL)
+        fclose(out);
+}
+
+/* Of a good one nothing is expected but that nothing is said. */
+static void compare(const struct pool *pool, struct selftest_fixture *fixture,
+                    const struct report *report)
 {
     char path[1024], why[EXPECTED_WHY];
+    struct expected expected;
     snprintf(path, sizeof path, "%s/%s/expected", pool->options->folder, fixture->rule->id);
-    if (!expected_are(path, fixture->name, fixture->findings, why))
-        say(fixture, why, "", "");
+    char *text = read_text(path);
+    if (text == NULL ||
+        !expected_find((struct expected){ text, strlen(text) }, fixture->name, &expected)) {
+        say(fixture, "nothing is expected of it in ", "expected", "");
+        free(text);
+        return;
+    }
+    if (fixture->findings != NULL && !expected_findings(expected, fixture->findings, why))
+        say(fixture, "", why, "");
+    for (size_t i = 0; i < report->rule_count; i++) {
+        const struct rule_report *rule = &report->rules[i];
+        const char *reason = rule->outcome == RULE_NOT_JUDGED ? rule->reason : "";
+        if (!expected_reason(expected, rule->id, reason, why))
+            say(fixture, "", why, "");
+    }
+    free(text);
 }
 
 static void judge(const struct pool *pool, struct selftest_fixture *fixture,
                   const struct report *report)
 {
     bool judged = false; /* by its own rule */
-    keep_findings(fixture, report);
+    keep_reasons(fixture, report);
     for (size_t i = 0; i < report->rule_count; i++) {
         const struct rule_report *rule = &report->rules[i];
         const bool own = strcmp(rule->id, fixture->rule->id) == 0;
         const char *first = rule->finding_count > 0 ? rule->findings[0].what : "";
         judged = judged || own;
+        if (own)
+            keep_findings(fixture, rule);
         if (fixture->bad && own && rule->outcome != RULE_FAILED)
             say(fixture, "did not trip ", rule->id, "");
         if (rule->outcome == RULE_FAILED && !(fixture->bad && own)) {
@@ -168,8 +212,8 @@ static void judge(const struct pool *pool, struct selftest_fixture *fixture,
         say(fixture, "verdict ", verdict_name(report->verdict), "");
     if (!fixture->bad && report->verdict != VERDICT_PASS)
         say(fixture, "verdict ", verdict_name(report->verdict), "");
-    if (fixture->bad && judged && fixture->findings != NULL)
-        compare_findings(pool, fixture);
+    if (fixture->bad)
+        compare(pool, fixture, report);
 }
 
 /* FOLDER/RULE/NAME, made if need be. */
@@ -192,9 +236,8 @@ static int run(const struct pool *pool, struct selftest_fixture *fixture, const 
     char folder[2048];
     struct played played;
     if (options->from_evidence != NULL)
-        return check_again(check,
-                           evidence_folder(options->from_evidence, fixture, false, folder),
-                           &(struct check_changes){ .rules = rules }, why);
+        return check_again(check, evidence_folder(options->from_evidence, fixture, false, folder),
+                           &(struct check_changes){ .rules = rules, .sparing = true }, why);
     if (!read_scenario(pool, fixture, &played, why))
         return -EINVAL;
     const struct check_scenario scenario = { .scenario = played.scenario,
@@ -316,8 +359,10 @@ bool selftest_proves(const struct selftest_tally *tally)
 
 void selftest_free(struct selftest *test)
 {
-    for (size_t i = 0; i < test->count; i++)
+    for (size_t i = 0; i < test->count; i++) {
         free(test->fixtures[i].findings);
+        free(test->fixtures[i].reasons);
+    }
     free(test->fixtures);
     *test = (struct selftest){ .count = 0 };
 }

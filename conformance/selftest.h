@@ -5,8 +5,7 @@
  *
  * The fixtures are modules that were built with the program: FOLDER/RULE/bad*.tgm and good*.tgm
  * (.tgm.bin: flat images), and machine.scenario where the rule needs one. A rule without both kinds
- * is not proven. FOLDER/RULE/expected has what the rule's findings say of each bad one
- * (expected.h).
+ * is not proven. FOLDER/RULE/expected has what is said of each bad one (expected.h).
  *
  * What the modules did can be kept and judged again: a rule is changed, and all fixtures tell in
  * seconds what that did.
@@ -29,7 +28,8 @@ struct selftest_fixture {
     bool bad;
     bool right;
     bool tried;
-    char *findings;         /* of its rule, a line each; NULL: not judged */
+    char *findings; /* of its rule, a line each (expected.h); NULL: not judged by it */
+    char *reasons;  /* why rules did not judge it, a line each; NULL: it could not be tried */
     char why[SELFTEST_WHY]; /* what was wrong: "tripped returns, too"; "" when nothing was */
 };
 

@@ -34,9 +34,10 @@ static json_t *fixtures_json(const struct selftest *test, const struct rule *rul
         const struct selftest_fixture *fixture = &test->fixtures[i];
         if (fixture->rule == rule)
             json_array_append_new(
-                list, json_pack("{s:s, s:b, s:b, s:s, s:s}", "name", fixture->name, "bad",
+                list, json_pack("{s:s, s:b, s:b, s:s, s:s, s:s}", "name", fixture->name, "bad",
                                 fixture->bad, "right", fixture->right, "why", fixture->why,
-                                "findings", fixture->findings != NULL ? fixture->findings : ""));
+                                "findings", fixture->findings != NULL ? fixture->findings : "",
+                                "not_judged", fixture->reasons != NULL ? fixture->reasons : ""));
     }
     return list;
 }
