@@ -212,6 +212,7 @@ CONFORMANCE_SRC := profile.c rules.c findings.c incidents.c rules_file.c rules_s
     chronicle_coverage.c \
     chronicle_plot.c \
     envelope.c \
+    expected.c \
     keys.c \
     judge.c \
     plan.c \
