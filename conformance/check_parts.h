@@ -26,6 +26,7 @@ struct check {
     char title[96];
     char rule_book[RULE_BOOK_HASH];
     char cannot_run[FINDING_TEXT];
+    bool sparing; /* the rules and the verdict are wanted, nothing else of the report */
 };
 
 /* Of the wall clock, to tell how long something took. */

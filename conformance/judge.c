@@ -134,5 +134,5 @@ int check_judge(struct check *check, const struct check_options *options)
     for (size_t i = 0; i < report->waiver_count; i++)
         if (report->waivers[i].expired)
             report->verdict = VERDICT_FAIL;
-    return tell(check, &file);
+    return check->sparing ? 0 : tell(check, &file);
 }

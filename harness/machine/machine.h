@@ -15,8 +15,8 @@
  * machine_load() to machine_unload() must happen in the same process and thread, the one that makes
  * the calls: load in the worker, not before the fork. No service may make a call of its own; calls
  * nest only where one interrupts another (machine_interrupt_next). From load to unload of a native
- * machine a watchdog's SIGALRM arrives four times per hang_ns: sleeping system calls of the host
- * end early with EINTR then. The emulator of an instrumented one does allocate when it meets code
+ * machine a watchdog's SIGALRM arrives four times per hang_ns of the thread's processor time:
+ * sleeping system calls of the host may end early with EINTR then. The emulator of an instrumented one does allocate when it meets code
  * for the first time.
  *
  * What the module sees on entry is the same on every run with the same seed: addresses, poison, the
@@ -79,8 +79,9 @@ struct machine_config {
     uint64_t places; /* another number: module, stack and memories lie elsewhere, all else alike */
     enum machine_poison poison;
     size_t stack_size; /* bytes for module code, rounded up to pages; 0 = 256 KiB */
-    uint64_t hang_ns;  /* a call longer than this is a hang; 0 = 1 s. Wall time: found when it
-                          has taken between 1 and 1.25 of this; at least 1 ms. */
+    uint64_t hang_ns;  /* a call longer than this is a hang; 0 = 1 s. The processor's time, so
+                          that what waits in a service does not count: found when it has taken
+                          between 1 and 1.25 of this; at least 1 ms. */
     uint64_t hang_instructions; /* instrumented, instead of hang_ns: a call that has executed so
                                    many is a hang; 0 = hang_ns / 50 */
     const struct machine_trace *trace; /* instrumented; NULL: nothing is traced, which is faster */
