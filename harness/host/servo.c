@@ -12,7 +12,8 @@
 #include <math.h>
 #include <stdio.h>
 
-#define VIRTUAL_RESOLUTION (1u << 20)
+#define VIRTUAL_RESOLUTION  (1u << 20)
+#define EXTERNAL_RESOLUTION 1024 /* of the encoder that a TGMcontroller has */
 
 /* The next register group; NULL when there is none left. */
 static struct axis *axis_new(struct host *host, size_t slave, char why[HOST_WHY])
@@ -56,6 +57,9 @@ static int axis_open(struct host *host, size_t slave, unsigned number, uint32_t 
     axis->reg->Type = SERVO_TYPE_TGZ;
     set_resolution(axis->reg, resolution);
     axis->reg->ECATBusPosition = (uint32_t)slave;
+#if TGM_GENERATION == 5 && TGM_MEMORY_ID == 906
+    axis->reg->Revision = (int32_t)bus_slave(host->bus, slave)->revision;
+#endif
     return 0;
 }
 
@@ -92,6 +96,7 @@ static int listed_open(struct host *host, const struct host_servo *servo, char w
     reg->Node = servo->node;
 #if TGM_GENERATION == 5 && TGM_MEMORY_ID == 906
     reg->FeedbackType = (int32_t)servo->feedback;
+    reg->ExtEncoderResolution = servo->type == SERVO_TYPE_TGM_CONTROLLER ? EXTERNAL_RESOLUTION : 0;
 #endif
     return 0;
 }
