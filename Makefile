@@ -213,6 +213,7 @@ CONFORMANCE_SRC := profile.c rules.c findings.c incidents.c rules_file.c rules_s
     chronicle_coverage.c \
     chronicle_plot.c \
     envelope.c \
+    expected.c \
     keys.c \
     judge.c \
     plan.c \
@@ -299,9 +300,10 @@ FUZZERS := fuzz_image fuzz_text \
     fuzz_path
 .PHONY: fuzz
 fuzz: $(addprefix $(BUILD)/fuzz/,$(FUZZERS)) ## fuzz the readers of module files and fault scripts, the SDK's text and the bus segment for FUZZ_SECONDS each (default 300)
-	$(Q)for fuzzer in $(FUZZERS); do mkdir -p $(BUILD)/fuzz/corpus-$$fuzzer; \
+	$(Q)for fuzzer in $(FUZZERS); do mkdir -p $(BUILD)/fuzz/corpus-$$fuzzer; seeds=tests/corpus/$${fuzzer#fuzz_}; \
+	    if [ -d $$seeds ]; then seeds="-dict=$$seeds.dict $$seeds"; else seeds=; fi; \
 	    $(BUILD)/fuzz/$$fuzzer -max_total_time=$(FUZZ_SECONDS) -artifact_prefix=$(BUILD)/fuzz/$$fuzzer- \
-	    $(BUILD)/fuzz/corpus-$$fuzzer || exit 1; done
+	    $(BUILD)/fuzz/corpus-$$fuzzer $$seeds || exit 1; done
 
 .PHONY: layouts
 layouts: ## regenerate what follows from sdk/layout/
@@ -415,6 +417,7 @@ $(BUILD)/obj/%.o: %.S | $(BUILD)/.deps
 FUZZ_CC := clang -std=gnu11 -g -O2 $(INCLUDE) -fsanitize=fuzzer,address,undefined -fno-sanitize-recover=all
 # For readers whose words stand in a dictionary (tests/corpus/NAME.dict): looking on at every comparison takes most of the time.
 FUZZ_WORDS := -fno-sanitize-coverage=trace-cmp
+$(addprefix $(BUILD)/fuzz/,$(FUZZERS)): $(wildcard harness/*/*.h conformance/*.h tests/*.h)
 
 # Headers with small limits, which an input of some hundred bytes reaches, and with structures that are cleared and
 # looked through ten thousand times a second: evidence has 4 kB instead of 360.

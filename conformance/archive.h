@@ -3,10 +3,11 @@
  * archive.h - evidence on disk: a folder from which the same verdict is derived again, with nothing
  * run.
  *
- *   manifest.json      what was asked for (module, profile, seed, rules, waivers ...), on which
- *                      machine each run was, and of every other file its size and SHA-256
- *   module             the module that was judged
- *   NAME.evidence      of an experiment of experiments.def (host/evidence_file.h)
+ *   manifest.json           what was asked for (module, profile, seed, rules, waivers ...), on which
+ *                           machine each run was, and of every other file its size and SHA-256
+ *   module                  the module that was judged; module.bin where its name ends so: what has
+ *                           no header is told by its name
+ *   NAME.evidence           of an experiment of experiments.def (host/evidence_file.h)
  *   scenario-N.scenario, scenario-N.evidence
  *
  * Whoever opens one trusts nothing in it: file names are made here and not read, hashes and sizes
@@ -38,7 +39,9 @@ void archive_close(struct archive *archive);
  * that was judged. */
 const struct check_options *archive_options(const struct archive *archive);
 const char *archive_hash(const struct archive *archive);
-/* Fills runs and scenarios of a check that has been planned with these options. */
-int archive_fill(const struct archive *archive, struct check *check, char why[CHECK_WHY]);
+/* Fills runs (of the experiments of the set) and scenarios of a check that has been planned with
+ * these options. */
+int archive_fill(const struct archive *archive, struct check *check, uint64_t wanted,
+                 char why[CHECK_WHY]);
 
 #endif

@@ -159,12 +159,14 @@ static int read_scenarios(struct archive *archive, char why[CHECK_WHY])
 /* The module lies there and is the one; where it is read from later. */
 static int look_at_module(struct archive *archive, char why[CHECK_WHY])
 {
+    const json_t *files = json_object_get(archive->manifest, "files");
+    const char *name = json_object_get(files, ARCHIVE_BIN) != NULL ? ARCHIVE_BIN : ARCHIVE_MODULE;
     size_t size;
-    char *bytes = read_listed(archive, ARCHIVE_MODULE, &size, why);
+    char *bytes = read_listed(archive, name, &size, why);
     if (bytes == NULL)
         return -EINVAL;
     free(bytes);
-    snprintf(archive->module, sizeof archive->module, "%s/%s", archive->folder, ARCHIVE_MODULE);
+    snprintf(archive->module, sizeof archive->module, "%s/%s", archive->folder, name);
     return 0;
 }
 
@@ -302,12 +304,14 @@ static int fill_run(const struct archive *archive, struct case_run *run, char wh
     return 0;
 }
 
-int archive_fill(const struct archive *archive, struct check *check, char why[CHECK_WHY])
+int archive_fill(const struct archive *archive, struct check *check, uint64_t wanted,
+                 char why[CHECK_WHY])
 {
     const json_t *list = json_object_get(archive->manifest, "scenarios");
     int r = 0;
     for (int id = 0; id < EXPERIMENT_COUNT && r == 0; id++)
-        r = fill_run(archive, &check->runs[id], why);
+        if (experiment_in(wanted, id))
+            r = fill_run(archive, &check->runs[id], why);
     check->scenarios = calloc(archive->options.scenario_count + 1, sizeof *check->scenarios);
     if (check->scenarios == NULL)
         return refuse(why, "no memory");

@@ -8,6 +8,7 @@
 #define ARCHIVE_PATH      4352
 #define ARCHIVE_MANIFEST  "manifest.json"
 #define ARCHIVE_MODULE    "module"
+#define ARCHIVE_BIN       "module.bin" /* a flat image is told by its name */
 #define ARCHIVE_SCENARIOS 32
 
 /* Of the file names in it. */

@@ -227,6 +227,7 @@ static int judge_archive(struct check *check, const char *folder,
     int r = archive_open(&check->archive, folder, why);
     if (r != 0)
         return r;
+    check->sparing = changes->sparing;
     struct check_options options = *archive_options(check->archive);
     if (changes->rules != NULL)
         options.rules = changes->rules;
@@ -237,7 +238,7 @@ static int judge_archive(struct check *check, const char *folder,
     }
     r = prepare(check, &options, &wanted, why);
     if (r == 0)
-        r = archive_fill(check->archive, check, why);
+        r = archive_fill(check->archive, check, changes->sparing ? wanted : UINT64_MAX, why);
     if (r != 0)
         return r;
     if (check->cannot_run[0] == '\0')

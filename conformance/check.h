@@ -72,6 +72,7 @@ struct check_changes {
     const char *rules;
     bool strict;
     const struct waivers *waivers; /* judged as of today */
+    bool sparing; /* what the rules need is read and told, and nothing else of the report */
 };
 
 /* From saved evidence, with nothing run: the same report but for times. 0, or negative errno with a

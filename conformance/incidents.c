@@ -76,9 +76,13 @@ void incident_describe(const struct evidence_incident *incident, char text[FINDI
     const char *name = entry_name(incident->entry);
     switch (incident->kind) {
     case MACHINE_SYSCALL:
-        machine_system_call_name(fault->syscall, fault->syscall_i386, name_of_call);
+        machine_system_call_name(fault, name_of_call);
         snprintf(what, sizeof what, "called the operating system: %s (%ssystem call %ld)",
-                 name_of_call, fault->syscall_i386 ? "32-bit " : "", fault->syscall);
+                 name_of_call,
+                 fault->syscall_arm    ? "Arm "
+                 : fault->syscall_i386 ? "32-bit "
+                                       : "",
+                 fault->syscall);
         break;
     case MACHINE_HANG:
         snprintf(what, sizeof what, "did not return within a second%s",
@@ -106,6 +110,9 @@ void incident_place(const struct evidence_incident *incident, struct finding *fi
                     const struct case_file *file)
 {
     const struct machine_fault *fault = &incident->fault;
+    finding->stops = incident->kind == MACHINE_FAULT;
+    if (incident->kind == MACHINE_SYSCALL)
+        finding->plain_us = 0; /* in one process nothing would keep it from the system */
     /* A return address is behind the call, and may be on the next line. */
     if (fault->has_pc)
         finding_place(finding, file, fault->in_module ? fault->pc : fault->pc - 1);

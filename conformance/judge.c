@@ -27,7 +27,7 @@ static void judge_rule(struct check *check, const struct check_options *options,
     };
     memcpy(out->reason, findings->reason, sizeof out->reason);
     for (size_t i = 0; i < findings->count; i++)
-        check_add_reproduction(options, rule, &findings->list[i]);
+        check_add_reproduction(options, check->image, rule, &findings->list[i]);
 }
 
 /* The parts of the report that no rule makes. */
@@ -134,5 +134,5 @@ int check_judge(struct check *check, const struct check_options *options)
     for (size_t i = 0; i < report->waiver_count; i++)
         if (report->waivers[i].expired)
             report->verdict = VERDICT_FAIL;
-    return tell(check, &file);
+    return check->sparing ? 0 : tell(check, &file);
 }

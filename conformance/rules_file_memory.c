@@ -69,6 +69,14 @@ void check_fits_memory(const struct case_file *file, struct findings *findings)
 
 /* ---- notes ---- */
 
+static bool is_flat(const struct case_file *file, struct findings *findings, const char *reason)
+{
+    if (file->image->format != IMAGE_FORMAT_FLAT)
+        return false;
+    finding_not_judged(findings, "%s", reason);
+    return true;
+}
+
 /* An exported one is a matter of export-code. */
 static bool holds_data(const struct image *image, const struct image_segment *segment)
 {
@@ -95,7 +103,8 @@ static void judge_data(const struct case_file *file, const struct image_segment 
 void check_data_not_executable(const struct case_file *file, struct findings *findings)
 {
     const struct image *image = file->image;
-    if (file_unreadable(file, findings) || image->format == IMAGE_FORMAT_FLAT)
+    if (file_unreadable(file, findings) ||
+        is_flat(file, findings, "a flat image does not say which of its bytes are data"))
         return;
     for (size_t i = 0; i < image->segment_count; i++)
         if ((image->segments[i].perm & IMAGE_EXEC) != 0 &&
@@ -107,7 +116,8 @@ void check_debug_information(const struct case_file *file, struct findings *find
 {
     const struct image *image = file->image;
     bool named = false;
-    if (file_unreadable(file, findings) || image->format == IMAGE_FORMAT_FLAT ||
+    if (file_unreadable(file, findings) ||
+        is_flat(file, findings, "a flat image has no place for debug information") ||
         image->has_debug_lines || image->debug_file != NULL)
         return; /* a .pdb is debug information, though nobody reads it here (decision H15) */
     for (size_t i = 0; i < image->symbol_count; i++)

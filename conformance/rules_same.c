@@ -101,6 +101,7 @@ static void expect_same(const struct pair *pair, const char *when, struct findin
     if (!difference.early)
         return;
     finding_stamp(finding, case_experiment(pair->file, pair->other), ENTRY_04, difference.cycle);
+    finding->cycles_needed = difference.cycle + 2; /* it is seen when the next one begins */
     finding->function = NULL;
 }
 

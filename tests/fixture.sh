@@ -118,9 +118,11 @@ arm() {
 
 flat() {
     bare=arm-none-eabi-gcc
+    lookup=sdk/src/flat.c
+    ! grep -q '^#include .*flat\.c' "$source" || lookup=
     # shellcheck disable=SC2086,SC2046
     run $(compiler $bare) $language $common $arm_flags $cortex -fno-builtin -o "$output.elf" \
-        $(library "$bare $arm_flags $cortex" sdk/src/mem.c sdk/src/flat.c sdk/src/arm.c) "$source" -nostdlib -static \
+        $(library "$bare $arm_flags $cortex" sdk/src/mem.c $lookup sdk/src/arm.c) "$source" -nostdlib -static \
         -Wl,-T,sdk/link/flat.ld -Wl,--build-id=none -Wl,-z,max-page-size=4096 $flags -lgcc
     run arm-none-eabi-objcopy -O binary "$output.elf" "$output"
 }

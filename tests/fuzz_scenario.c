@@ -2,7 +2,7 @@
 /*
  * libFuzzer target: any text as a scenario of each layout. What is refused is refused with a place;
  * what is accepted is played against memories of noise, cycle by cycle, on a bus that is none, and
- * what failed is told. The same text read twice gives the same answer.
+ * what failed is told. Every fourth is read twice, which gives the same answer.
  *
  * Input: the scenario; its first byte chooses the layout. Limits are smaller than in earnest (the
  * Makefile's FUZZ_LIMITS).
@@ -114,11 +114,13 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     const struct catalogue *catalogue = catalogue_find(layout[0], layout[1]);
     const char *text = (const char *)data + 1;
     const int error = scenario_read(&a, text, size - 1, "fuzz", catalogue, first);
-    must(scenario_read(&b, text, size - 1, "fuzz", catalogue, second) == error);
-    must(strcmp(first, second) == 0 && (error == 0) == (first[0] == '\0'));
-    must((a != NULL) == (error == 0) && (b != NULL) == (error == 0));
+    must((error == 0) == (first[0] == '\0') && (a != NULL) == (error == 0));
     must(error == 0 || strncmp(first, "fuzz:", 5) == 0);
-    scenario_close(b);
+    if (size % 4 == 0) {
+        must(scenario_read(&b, text, size - 1, "fuzz", catalogue, second) == error);
+        must(strcmp(first, second) == 0 && (b != NULL) == (error == 0));
+        scenario_close(b);
+    }
     if (a != NULL)
         play_it(a, data, size);
     scenario_close(a);

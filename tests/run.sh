@@ -86,6 +86,7 @@ step "unit tests, clang, address and undefined sanitizers" units build/san
 step "tgm selftest: every rule proves itself" sh -c 'build/tgm selftest >build/selftest && echo "1 passed, 0 failed" || { cat build/selftest; false; }'
 steps <<'LIST'
 sh tests/sdk.sh	SDK: what it refuses and how it says so
+sh tests/fuzz.sh	readers of files, each with 20000 inputs
 sh tests/strangers.sh	other people's masters on the simulated bus; captures
 sh tests/pascal.sh	Pascal: template, layouts, what is refused
 sh tests/sdk_support.sh	SDK: support library in real modules

@@ -13,7 +13,7 @@ FIXTURE_LDFLAGS := -nostdlib -shared -Wl,-Bsymbolic -Wl,-e,0 -Wl,--hash-style=gn
 
 # tests/fixture.sh says what a fixture's first lines may ask for.
 FIXTURE_MADE_WITH := tests/fixture.sh conformance/fixtures/base.h conformance/fixtures/hidden.h \
-    conformance/fixtures/axis.h sdk/include/tgm_plc.h \
+    conformance/fixtures/axis.h conformance/fixtures/assembly.h sdk/include/tgm_plc.h \
     sdk/include/tgm/layout_gen4.h sdk/src/mem.c
 define fixture_rule
 $(FIXTURE_DIR)/%$(2): conformance/fixtures/%.$(1) $(FIXTURE_MADE_WITH) | $(BUILD)/.deps-test
@@ -23,12 +23,16 @@ $(FIXTURE_DIR)/%$(2): conformance/fixtures/%.$(1) $(FIXTURE_MADE_WITH) | $(BUILD
 endef
 $(foreach suffix,c cpp S,$(foreach ending,.tgm .tgm.bin,$(eval $(call fixture_rule,$(suffix),$(ending)))))
 
-# A rule that needs one has a scenario beside its modules.
+# A rule has what its findings must say beside its modules, and a scenario where it needs one.
+FIXTURE_EXPECTED := $(patsubst conformance/fixtures/%,$(FIXTURE_DIR)/%,$(wildcard conformance/fixtures/*/expected))
+$(FIXTURE_DIR)/%/expected: conformance/fixtures/%/expected
+	@mkdir -p $(@D)
+	@cp $< $@
 FIXTURE_SCENARIOS := $(patsubst conformance/fixtures/%,$(FIXTURE_DIR)/%,$(wildcard conformance/fixtures/*/*.scenario))
 $(FIXTURE_DIR)/%.scenario: conformance/fixtures/%.scenario
 	@mkdir -p $(@D)
 	@cp $< $@
-FIXTURES += $(FIXTURE_SCENARIOS)
+FIXTURES += $(FIXTURE_SCENARIOS) $(FIXTURE_EXPECTED)
 
 # Each test program: its own source and what of the rooms it needs (all of them: they are small).
 UNIT_TESTS := test_osc test_text16 test_catalogue \
@@ -46,6 +50,7 @@ UNIT_TESTS := test_osc test_text16 test_catalogue \
     test_schedule \
     test_interp_path \
     test_evidence \
+    test_selftest \
     test_rules_file \
     test_config
 SDK_TESTS := test_sdk_mem test_sdk_text test_sdk_motion test_sdk_start test_sdk_start5 test_sdk_start8
@@ -263,6 +268,9 @@ $(BUILD)/test/%: $(BUILD)/obj/tests/%.o $(ROOM_OBJ)
 $(BUILD)/obj/tests/test_evidence.o: ALL_CFLAGS += -DFIXTURE_DIR='"$(FIXTURE_DIR)"'
 $(BUILD)/obj/tests/test_evidence.o: ALL_CFLAGS += -DTEST_EVIDENCE_DIR='"$(BUILD)/test-evidence"'
 $(BUILD)/test/test_evidence: | $(FIXTURES)
+$(BUILD)/obj/tests/test_selftest.o: ALL_CFLAGS += -DFIXTURE_DIR='"$(FIXTURE_DIR)"'
+$(BUILD)/obj/tests/test_selftest.o: ALL_CFLAGS += -DTEST_SELFTEST_DIR='"$(BUILD)/test-selftest"'
+$(BUILD)/test/test_selftest: | $(FIXTURES)
 $(BUILD)/test/test_rules_file: | $(FIXTURES) $(IMAGE_MODULES)
 $(BUILD)/obj/tests/test_rules_file.o: ALL_CFLAGS += -DTEST_MODULES_DIR='"$(BUILD)/modules"'
 $(BUILD)/obj/tests/test_rules_file.o: ALL_CFLAGS += -DFIXTURE_DIR='"$(FIXTURE_DIR)"'

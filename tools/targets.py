@@ -36,28 +36,37 @@ CYCLES, SECONDS = "60", 4
 FIXTURE_CFLAGS = ("-O2 -g -ffreestanding -fPIC -fvisibility=hidden -fshort-wchar -fno-stack-protector "
                   "-fno-asynchronous-unwind-tables -Wall -Wextra -Werror -Isdk/include -Iconformance/fixtures")
 
-# Why a compiler or linker does not make a fixture: what it says, what that means.
+# (rule, fixture, target): why no file of it can be made there.
 NOT_BUILT = [
-    (r"has no member named .*(pRtWprintf|pswprintf|PReciveDataCan|PGCode|Pointer_)", "uses what only generation 4 has"),
-    (r"incompatible pointer type|wchar_t", "passes wide text; the text of this target is bytes"),
-    (r"cannot be clobbered|impossible constraint|bad instruction|unknown register|no such instruction|invalid 'asm'|inconsistent operand|"
-     r"unknown mnemonic|junk at end|bad register|unrecognized (command-line|opcode)|operand size mismatch|"
-     r"only supported in 64-bit|incorrect register|invalid instruction suffix|expected comma|Error: ",
-     "is in machine code of x86-64"),
-    (r"unrecognized option|unknown option|unrecognised|bad -|-z .* ignored|not supported|linker script|"
-     r"unrecognized --|visibility attribute|weak declaration|ifunc|alias|TLS|section", "asks for what only ELF has"),
-    (r"undefined reference|undefined symbol|cannot export", "leaves undefined what this linker refuses"),
-    (r"has no member named|undeclared|conflicting types", "uses names that only generation 4 has"),
-    (r"overflow|-Werror|shift count|cast", "relies on 64-bit pointers or long"),
-    (r"must be first|constructor|thread-local|will not fit|overlap|region", "is refused by the SDK's linker script"),
+    ("data-not-executable", "bad", "pe64|pe32", "headers, tables and code of a PE file lie apart always"),
+    ("data-not-executable", "bad-table", "pe64|pe32", "symbols of a PE file do not say what is data"),
+    ("export-code", "bad-declared", "pe64|pe32", "symbols of a PE file do not say what is data"),
+    ("export-code", "bad-indirect", "pe64|pe32|tgmcontroller", "only ELF has indirect functions"),
+    ("relative-relocations", "bad", "pe64|pe32|tgmcontroller", "only ELF has indirect functions"),
+    ("export-names", "bad|bad-hidden|bad-mangled|bad-missing|bad-pascal|bad-underscore", "pe64|pe32",
+     "the linker refuses: the SDK's .def file exports a function that is not there"),
+    ("export-names", "bad", "tgmcontroller", "the linker refuses: GetProcAddress of the SDK returns a function that is not there"),
+    ("export-names", "bad-twice", "pe32", "_Program_05 is how every compiler for i386 names Program_05"),
+    ("fits-memory", "bad", "tgmcontroller", "the linker refuses: it does not fit into the SDK's flat.ld"),
+    ("no-executable-stack", "bad|bad-unstated", "pe64|pe32", "a PE file says it by another mark: bad-windows, bad-pe32"),
+    ("no-executable-stack", "bad-unstated", "tgmmini|tgmcontroller", "the linkers for Arm that are used here always say it"),
+    ("no-imports", "bad|bad-sin|bad-pointer", "pe64|pe32|tgmcontroller", "the linker refuses what is undefined"),
+    ("no-imports", "bad-library", "tgmcontroller", "a flat image cannot name a library"),
+    ("no-initialisers", "bad|bad-fini", "tgmcontroller", "the linker refuses: the SDK's flat.ld has no place for initialisers"),
+    ("no-initialisers", "bad-init", "pe64|pe32", "only ELF has DT_INIT"),
+    ("no-text-relocations", "bad", "pe64", "the rule is about ELF: a PE file's code may be relocated"),
+    ("no-tls", "bad", "pe64|pe32", "mingw has thread-local variables by a library, which the linker refuses: bad-pe64"),
+    ("no-tls", "bad", "tgmcontroller", "the linker refuses: the SDK's flat.ld has no place for thread-local storage"),
+    ("no-writable-code", "bad|bad-function|good", "pe64|pe32", "sets the flags of a section as ELF names them: bad-windows, bad-msvc64"),
 ]
-# (rule, fixture, target): why it is judged otherwise there. None matches all.
+# What holds of every fixture with this in its source, when the assembler refuses it.
+MACHINE_CODE = r"__asm__|hidden\.h"
+PROCESSORS = {"pe64": "is in machine code for ELF", "pe32": "is in machine code of x86-64"}
+OTHER_PROCESSOR = "is in machine code of x86"
+# (rule, fixture, target): why it is judged otherwise there.
 DIFFERENCES = [
-    ("export-names", "bad-.*", "pe64|pe32", "exported is what the .def file of the SDK lists, whatever the source marks"),
-    ("export-names", "bad-.*", "tgmcontroller", "a flat image has no names: functions are what GetProcAddress returns"),
-    ("no-fault", "bad|good", "tgmmini|tgmcontroller",
-     "divides: stack-bounded (should) does not follow the compiler's division for Arm from Thumb code to its end"),
-    ("returns", "bad", "tgmcontroller", "sins in Program_05, which GetProcAddress of the SDK does not return"),
+    ("export-names", "bad-.*", "pe64|pe32", "what is exported is what the SDK's .def file lists, whatever the source says"),
+    ("export-names", "bad-.*", "tgmcontroller", "a flat image has no names: its functions are those that GetProcAddress returns"),
 ]
 
 
@@ -73,11 +82,20 @@ def first_error(text):
     return (text.strip().splitlines() or ["no message"])[-1]
 
 
-def why_not_built(text):
-    for pattern, reason in NOT_BUILT:
-        if re.search(pattern, text):
+def reason_of(table, cell):
+    for rule, name, target, reason in table:
+        if re.fullmatch(rule, cell.rule) and re.fullmatch(name, cell.name) and re.fullmatch(target, cell.target):
             return reason
     return None
+
+
+def why_not_built(cell, source, text):
+    reason = reason_of(NOT_BUILT, cell)
+    if reason is None and re.search(r"Error: |asm|unrecognized command-line option|register", text):
+        with open(os.path.join(ROOT, source), encoding="utf-8") as stream:
+            if re.search(MACHINE_CODE, stream.read()):
+                return PROCESSORS.get(cell.target, OTHER_PROCESSOR)
+    return reason
 
 
 def digest(words, *paths):
@@ -129,12 +147,14 @@ def compare(cell, report):
     wanted = {cell.rule} if cell.name.startswith("bad") else set()
     if failed == wanted:
         return cell.settle("same")
-    for rule, name, target, reason in DIFFERENCES:
-        if re.fullmatch(rule, cell.rule) and re.fullmatch(name, cell.name) and re.fullmatch(target, cell.target):
-            return cell.settle("explained", reason)
-    if cell.rule in open_ and not failed - wanted:
+    if failed - wanted:
+        return cell.settle("UNEXPLAINED", "fails %s" % ", ".join(sorted(failed)))
+    reason = reason_of(DIFFERENCES, cell)
+    if reason is not None:
+        return cell.settle("explained", reason)
+    if cell.rule in open_:
         return cell.settle("not judged", open_[cell.rule])
-    return cell.settle("UNEXPLAINED", "fails %s" % (", ".join(sorted(failed)) or "nothing"))
+    return cell.settle("UNEXPLAINED", "fails nothing")
 
 
 def try_fixture(arguments):
@@ -153,7 +173,7 @@ def try_fixture(arguments):
     built = run(["sh", "tests/fixture.sh", source, out], env=environment)
     if built.returncode != 0 or not os.path.exists(out):
         text = built.stderr + built.stdout
-        reason = why_not_built(text)
+        reason = why_not_built(cell, source, text)
         if reason is None:
             return cell.settle("UNEXPLAINED", "is not built: " + first_error(text))
         return cell.settle("not built", reason)

@@ -34,9 +34,10 @@ static json_t *fixtures_json(const struct selftest *test, const struct rule *rul
         const struct selftest_fixture *fixture = &test->fixtures[i];
         if (fixture->rule == rule)
             json_array_append_new(
-                list, json_pack("{s:s, s:b, s:b, s:s, s:s}", "name", fixture->name, "bad",
+                list, json_pack("{s:s, s:b, s:b, s:s, s:s, s:s}", "name", fixture->name, "bad",
                                 fixture->bad, "right", fixture->right, "why", fixture->why,
-                                "findings", fixture->findings != NULL ? fixture->findings : ""));
+                                "findings", fixture->findings != NULL ? fixture->findings : "",
+                                "not_judged", fixture->reasons != NULL ? fixture->reasons : ""));
     }
     return list;
 }
@@ -86,7 +87,7 @@ static void print_matrix(const struct selftest *test, const char *rules)
 static void print_text(const struct selftest *test, const char *rules)
 {
     for (size_t i = 0; i < test->count; i++)
-        if (!test->fixtures[i].right)
+        if (test->fixtures[i].tried && !test->fixtures[i].right)
             printf("WRONG  %s/%s\n       %s\n", test->fixtures[i].rule->id, test->fixtures[i].name,
                    test->fixtures[i].why);
     print_matrix(test, rules);
@@ -112,6 +113,13 @@ int command_selftest(const struct command *command, int argc, char **argv)
         { "--own", OPTION_FLAG, NULL,
           "judge each module by its own rule alone: quick, but that no other trips is not shown",
           &options.first_only, 0, 0 },
+        { "--by", OPTION_TEXT, "PATTERN", "judge every module by these rules alone",
+          &options.judges, 0, 0 },
+        { "--evidence", OPTION_TEXT, "DIR", "keep what the modules did", &options.evidence, 0, 0 },
+        { "--from-evidence", OPTION_TEXT, "DIR", "judge what was kept there; run nothing",
+          &options.from_evidence, 0, 0 },
+        { "--first", OPTION_FLAG, NULL, "end at the first module that is not judged as it should",
+          &options.first_wrong, 0, 0 },
         { "--json", OPTION_FLAG, NULL, "as JSON (docs/json.md)", &json, 0, 0 },
         { 0 },
     };

@@ -30,6 +30,7 @@ struct experiment {
     uint64_t places;            /* where things lie: machine_config */
     bool traced;                /* on the instrumented machine; what it sees is in evidence.audit */
     bool instrumented; /* on the emulated CPU; where a module runs natively nowhere, always */
+    bool plain;        /* `tgm run` repeats it: nothing about it is out of the ordinary */
     bool real_clock;   /* slots come when they are due by the wall clock (realtime.h) */
     /* Ends the run with the cycle when it becomes true; NULL: nothing does. Needs a progress
      * function. */

@@ -151,6 +151,7 @@ struct machine_fault {
     uint64_t ip;         /* raw instruction pointer */
     long syscall;        /* number, for MACHINE_SYSCALL */
     bool syscall_i386;   /* it is a number of the 32-bit table (int 0x80) */
+    bool syscall_arm;    /* of Arm's (svc) */
     const char *service; /* host service that was running for the module, NULL when none */
     /* Nearest named region to address, "" when none is near (a null pointer). Besides those of
      * machine_map() there are "module" (begins at image.span_begin) and "stack". */
@@ -241,10 +242,10 @@ bool machine_service_caller(const struct machine *machine, uint64_t *pc);
  * process. */
 int machine_seal(struct machine *machine, int evidence_fd, char why[MACHINE_WHY]);
 
-/* "write", "kill": the name of a system call (machine_fault.syscall and syscall_i386), "unknown"
- * for what has none. Allocates. */
+/* "write", "kill": the name of the fault's system call, in the table that it says, "unknown" for
+ * what has none. Allocates. */
 #define MACHINE_CALL_NAME 32
-void machine_system_call_name(long number, bool i386, char name[MACHINE_CALL_NAME]);
+void machine_system_call_name(const struct machine_fault *fault, char name[MACHINE_CALL_NAME]);
 
 /* Measures elapsed_ns of each call when on (costs two clock reads a call). Off at start. */
 void machine_timing(struct machine *machine, bool on);

@@ -25,19 +25,20 @@ struct finding {
     char what[FINDING_TEXT];  /* what was seen, one sentence without full stop */
     char when[64];            /* "in cycle 200 at Cycle_Time 500 us", "" when it has no time */
     char place[FINDING_TEXT]; /* "gantry.tgm+0x1a4 (Program_04) gantry.c:88", "" when it has none */
-    char
-        again[FINDING_TEXT]; /* command line that shows it again, "" when the file alone shows it */
-    char debug[FINDING_TEXT]; /* the same run under a debugger, "" when there is none */
-    uint32_t plain_us;        /* Cycle_Time of the run it was in, if that was the usual one in all
-                                 else; 0: not */
-    const char *function;     /* entry function, NULL when it is not about one */
+    char again[FINDING_TEXT]; /* command line that shows it again, "" when it would be too long */
+    char debug[2 * FINDING_TEXT]; /* the same run under a debugger, "" when there is none */
+    uint32_t plain_us;    /* Cycle_Time of the run it was in, if that was the usual one in all
+                             else; 0: not */
+    bool stops;           /* a debugger stops there by itself: the module faulted */
+    const char *function; /* entry function, NULL when it is not about one */
     bool has_address;
     uint64_t address; /* of the module, where it happened */
     char file[256];   /* source file as the compiler recorded it, "" when it is not known */
     int line;
     bool has_cycle;
     uint64_t cycle;
-    uint64_t count; /* times seen, at least 1 */
+    uint64_t cycles_needed; /* that a run must have for it to be seen; 0: up to its cycle */
+    uint64_t count;         /* times seen, at least 1 */
 };
 
 struct rule_report {
