@@ -61,7 +61,8 @@ static bool same_fate(const struct pair *pair, const char *when, struct findings
 /* What memories hold in the end can be compared of runs of the same length only. */
 static bool differ(const struct pair *pair, struct digest_difference *difference)
 {
-    return digest_differ(catalogue_of(pair->file), &pair->a->digest, &pair->b->digest, difference) &&
+    return digest_differ(catalogue_of(pair->file), &pair->a->digest, &pair->b->digest,
+                         difference) &&
            (difference->early || pair->a->cycles_done == pair->b->cycles_done);
 }
 

@@ -152,6 +152,23 @@ class Runner:
                               stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False)
         return done.returncode == 0
 
+    def compile(self, path, source, out, optimised):
+        line = self.compile_line.replace("build/obj/harness/cli/main.o", out).replace("harness/cli/main.c", source)
+        line = re.sub(r" -MMD -MP| -Werror| -W\w+| -g\b", "", line).replace(" -O2", " " + optimised)
+        line += " -w -I" + os.path.dirname(path)
+        return subprocess.run(line, shell=True, cwd=ROOT, capture_output=True).returncode == 0
+
+    def is_same(self, path, folder):
+        """Whether the compiler makes the same of the mutant as of what is not broken."""
+        objects = []
+        for source in (path, os.path.join(folder, os.path.basename(path))):
+            out = os.path.join(folder, "optimised.o")
+            if not self.compile(path, source, out, "-O2"):
+                return False
+            with open(out, "rb") as file:
+                objects.append(file.read())
+        return objects[0] == objects[1]
+
     def build(self, path, number, changed, folder):
         """The mutant's program; None when it is no mutant."""
         with open(os.path.join(ROOT, path), encoding="utf-8") as file:
@@ -161,9 +178,7 @@ class Runner:
         source, mutant, program = (os.path.join(folder, n) for n in (os.path.basename(path), "mutant.o", "tgm"))
         with open(source, "w", encoding="utf-8") as file:
             file.write("\n".join(lines))
-        line = self.compile_line.replace("build/obj/harness/cli/main.o", mutant).replace("harness/cli/main.c", source)
-        line = re.sub(r" -MMD -MP| -Werror| -W\w+| -g\b", "", line).replace(" -O2", " -O0") + " -w -I" + os.path.dirname(path)
-        if subprocess.run(line, shell=True, cwd=ROOT, capture_output=True).returncode != 0:
+        if not self.compile(path, source, mutant, "-O0"):
             return None
         libraries = [word for word in self.link_line.split() if word.startswith("-l")]
         line = " ".join(["gcc", LINKER, "-o", program, mutant, self.rest[path]] + libraries)
@@ -180,7 +195,7 @@ class Runner:
         program = self.build(path, number, changed, folder)
         verdict = "none" if program is None else "noticed"
         if program and self.is_unnoticed(program, path, number):
-            verdict = "missed"
+            verdict = "none" if self.is_same(path, folder) else "missed"
         shutil.rmtree(folder, ignore_errors=True)
         return job, verdict
 
