@@ -146,6 +146,7 @@ LAYOUT_SRC := measure.c \
     channels.c \
     general.c \
     servo_error.c \
+    servo_outputs.c \
     safety.c \
     statistics.c \
     eeprom.c \

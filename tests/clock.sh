@@ -23,13 +23,15 @@ began=$(date +%s%N)
 run "$tgm" run "$module" --for 1s --clock real
 took=$((($(date +%s%N) - began) / 1000000))
 [ "$took" -ge 1000 ] && pass "a second takes a second" || fail "a second took $took ms"
-run "$tgm" run "$module" --for 1s --clock real --record MAIN.Servo_Tick,MAIN.Act_Timer_CycleTime --csv "$work/real.csv"
+run "$tgm" run "$module" --for 1s --clock real --record MAIN.Servo_Tick,MAIN.Act_Timer_CycleTime,MAIN.ECAT_ElapsedTime,MAIN.Max_ECAT_ElapsedTime --csv "$work/real.csv"
 expect "real clock with a recording" 0
 script "$work/real.csv" <<'EOF'
 import sys
 rows = [line.split(",") for line in open(sys.argv[1]).read().split()[1:]]
 assert [int(r[1]) for r in rows] == list(range(1, 2001)), "a tick a cycle"
 assert any(int(r[2]) > 0 for r in rows), "measured periods"
+assert any(int(r[3]) > 0 for r in rows), "measured bus"
+assert int(rows[-1][4]) >= max(int(r[3]) for r in rows), "its maximum"
 EOF
 expect "every cycle is there, and measured" 0
 run "$tgm" run "$build/fixtures/no-fault/bad.tgm" --clock real --for 200ms

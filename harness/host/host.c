@@ -265,7 +265,7 @@ static void note_axes(struct host *host)
     evidence->axis_count =
         (unsigned)(host->axis_count < EVIDENCE_AXES ? host->axis_count : EVIDENCE_AXES);
     for (unsigned i = 0; i < evidence->axis_count; i++)
-        evidence->axis_position[i] = host->axes[i].reg->Position;
+        evidence->axis_position[i] = host->axes[i].actual;
 }
 
 /* As they are when the cycle is over: what the module commanded, what the drives answered. */
@@ -273,7 +273,7 @@ static void note_course(struct host *host)
 {
     struct sketch *sketch = &host->evidence->sketch;
     for (unsigned i = 0; i < host->evidence->axis_count && i < SKETCH_AXES; i++) {
-        const double position = host->axes[i].reg->Position;
+        const double position = host->axes[i].actual;
         const double commanded = host->axes[i].reg->WritePosition;
         sketch_note(sketch, sketch_of_axis(i, SKETCH_POSITION), position);
         sketch_note(sketch, sketch_of_axis(i, SKETCH_WRITE_POSITION), commanded);
@@ -300,7 +300,9 @@ static void receive(struct host *host)
 {
     ACT(host, cycle);
     if (host->bus != NULL && host->cycle > host->loop_begin) {
+        const uint64_t begin = host_stopwatch(host);
         const int wkc = bus_receive(host->bus, host->bus_zero + host->now_ns);
+        host->measured.bus_ns += host_stopwatch(host) - begin;
         host->frame_back = wkc > 0;
         host->silent_cycles = host->frame_back ? 0 : host->silent_cycles + 1;
         host->exchanged = host->exchanged || host->frame_back;
@@ -317,8 +319,11 @@ static void receive(struct host *host)
 static void send(struct host *host)
 {
     ACT(host, send);
-    if (host->bus != NULL)
-        bus_send(host->bus, host->bus_zero + host->now_ns);
+    if (host->bus == NULL)
+        return;
+    const uint64_t begin = host_stopwatch(host);
+    bus_send(host->bus, host->bus_zero + host->now_ns);
+    host->measured.bus_ns += host_stopwatch(host) - begin;
 }
 
 /* True when a call of the function has come to its end. */

@@ -69,6 +69,7 @@ struct axis {
     uint64_t raw;    /* last position on the wire, wraps */
     double position; /* the same, counting on */
     bool seen;       /* raw is valid */
+    double actual;   /* where it is, inc; SERVO.Position, whatever the module makes of that */
     double sent;     /* last set-point sent, inc */
     double sent_speed;
     bool tracking;          /* the set-point follows the axis because it is not enabled */
@@ -114,6 +115,13 @@ struct terminal {
 struct axis_error {
     bool faulty, asked, stale;
     uint32_t bit;
+    struct bus_job job;
+};
+
+/* SERVO.DigitalOut over CoE, one servo after the other. */
+struct told_outputs {
+    uint32_t values[HOST_AXES]; /* as the drives were told last */
+    bool asked;
     struct bus_job job;
 };
 
@@ -181,6 +189,7 @@ struct host {
     struct channel channels[HOST_CHANNELS];
     size_t channel_count;
     struct axis_error errors[HOST_AXES]; /* as axes */
+    struct told_outputs told_outputs;
     struct general generals[GENERAL_DEVICES];
     size_t general_count;
 
@@ -233,6 +242,7 @@ struct host {
 
 /* In the order in which they act; ends with NULL. host_rows.c */
 extern const struct host_part *const host_parts[HOST_PARTS_MOST];
+extern const struct host_part host_servo_outputs;
 extern const struct host_part host_scope;
 extern const struct host_part host_scene;
 extern const struct host_part host_unable;
@@ -373,6 +383,12 @@ void memories_mutate(struct host *host);
 /* A member of a PLC_DATA, by its offset in one of 64 bits: all of them are words, structSize and
  * pointers, so that on 32-bit targets everything is half as large and half as far. */
 void plc_data_put(struct host *host, enum entry entry, size_t offset, uint64_t value);
+
+/* Now, where things are measured, else 0. */
+static inline uint64_t host_stopwatch(const struct host *host)
+{
+    return host->real != NULL ? realtime_now(host->real) : 0;
+}
 
 /* Seconds in a Cycle_Time. */
 static inline double host_cycle_seconds(const struct host *host)

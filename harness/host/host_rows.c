@@ -12,6 +12,7 @@ const struct host_part *const host_parts[HOST_PARTS_MOST] = {
     &host_interpolator, /* its positions are set-points of the servos */
     &host_watch,        /* what is about to leave */
     &host_servo,
+    &host_servo_outputs,
     &host_unable,
     &host_capture,
     &host_motion,

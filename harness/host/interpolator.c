@@ -347,12 +347,14 @@ static void slot(struct host *host)
     start_configured(host);
     for (size_t i = 0; i < host->interpolator_count; i++) {
         struct interpolator *in = &host->interpolators[i];
+        const uint64_t begin = host_stopwatch(host);
         if (asleep(in)) {
             step_asleep(in);
         } else {
             interpolator_command(host, in);
             step(host, in);
         }
+        measure_longest(&host->measured.interpolator_ns[i], host_stopwatch(host) - begin);
     }
 }
 

@@ -32,8 +32,8 @@ static void watch_step(const struct host *host, size_t index, const struct axis 
         return;
     if (!axis->tracking && fabs(next - axis->sent) > step)
         note(host, index, AUDIT_TOO_FAST, next - axis->sent, step);
-    if (axis->tracking && fabs(next - axis->reg->Position) > jump)
-        note(host, index, AUDIT_JUMP, next - axis->reg->Position, jump);
+    if (axis->tracking && fabs(next - axis->actual) > jump)
+        note(host, index, AUDIT_JUMP, next - axis->actual, jump);
 }
 
 static void watch_axis(const struct host *host, size_t index)
