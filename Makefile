@@ -331,7 +331,7 @@ install: $(BUILD)/tgm fixtures third_party/musl/.from ## install the program and
 	cp -R third_party/musl $(DESTDIR)$(PREFIX)/share/tgm/third_party/
 	rm -rf $(DESTDIR)$(PREFIX)/share/tgm/templates/*/build
 	rm -rf $(DESTDIR)$(PREFIX)/share/tgm/fixtures
-	cd $(FIXTURE_DIR) && find . -name '*.tgm' -o -name '*.tgm.bin' -o -name '*.scenario' | while read -r file; do \
+	cd $(FIXTURE_DIR) && find . -name '*.tgm' -o -name '*.tgm.bin' -o -name '*.scenario' -o -name expected | while read -r file; do \
 	    install -D -m 644 "$$file" "$(abspath $(DESTDIR)$(PREFIX))/share/tgm/fixtures/$$file" || exit 1; done
 	cp -R docs LICENSES $(DESTDIR)$(PREFIX)/share/tgm/
 	install -m 644 LICENSE $(DESTDIR)$(PREFIX)/share/tgm/
