@@ -98,6 +98,7 @@ static void fill_report(struct check *check, const struct check_options *options
     report->selection = options->rules;
     report->strict = options->strict;
     report->instrumented = options->instrumented;
+    report->config = options->around_path;
     report->cycles = options->cycles;
     report->rules = check->rules;
     report->groups = check->groups;

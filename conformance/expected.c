@@ -79,6 +79,8 @@ bool expected_fits(const char *pattern, const char *text)
 static bool next_of(struct expected *text, bool reasons, struct expected *line)
 {
     while (next_line(text, line)) {
+        if (!is_indented(*line))
+            continue;
         *line = (struct expected){ line->at + INDENT, line->left - INDENT };
         const bool reason =
             line->left > strlen(REASON) && memcmp(line->at, REASON, strlen(REASON)) == 0;

@@ -86,13 +86,19 @@ static bool same_fate(const struct pair *pair, const char *when, struct findings
     return false;
 }
 
+/* What memories hold in the end can be compared of runs of the same length only. */
+static bool differ(const struct pair *pair, struct digest_difference *difference)
+{
+    return digest_differ(catalogue_of(pair->file), &pair->a->digest, &pair->b->digest,
+                         difference) &&
+           (difference->early || pair->a->cycles_done == pair->b->cycles_done);
+}
+
 /* Registers and TGM_Data hold the same in every cycle that both have. */
 static void expect_same(const struct pair *pair, const char *when, struct findings *findings)
 {
     struct digest_difference difference;
-    if (!same_fate(pair, when, findings) ||
-        !digest_differ(catalogue_of(pair->file), &pair->a->digest, &pair->b->digest, &difference) ||
-        (!difference.early && pair->a->cycles_done != pair->b->cycles_done))
+    if (!same_fate(pair, when, findings) || !differ(pair, &difference))
         return;
     struct finding *finding = finding_add(findings, "%s: %s is not what it is otherwise", when,
                                           difference.name[0] != '\0'     ? difference.name
@@ -151,8 +157,7 @@ static bool repeats(const struct case_file *file, struct findings *findings)
     struct digest_difference difference;
     if (!pair_up(file, EXPERIMENT_CYCLE_500, EXPERIMENT_REPEATED, &pair, findings))
         return false;
-    if (!digest_differ(catalogue_of(file), &pair.a->digest, &pair.b->digest, &difference) ||
-        (!difference.early && pair.a->cycles_done != pair.b->cycles_done))
+    if (!differ(&pair, &difference))
         return true;
     finding_not_judged(findings, "not even two equal runs do the same (rule deterministic)");
     return false;

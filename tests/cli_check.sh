@@ -148,6 +148,47 @@ expect "other people's folders are left alone" 2 "is not empty, and no evidence 
 check "$good" --rule no-fault --evidence "$work/no/such"
 expect "a folder that cannot be made" 2 "cannot make the folder"
 
+# --- showing it again -----------------------------------------------------------------------------
+said() { # the first finding of the last run
+    sed -n '/^FAIL\|^warn\|^note/{n;p;q}' "$out"
+}
+for fixture in no-imports/bad no-fault/bad write-read-only/bad globals-independent/bad waits-for-bus/bad disturbed-finite/bad; do
+    rule=${fixture%/*}
+    check "$fixtures/$fixture.tgm" --rule "$rule" --seed 0x7e57
+    said >"$work/first"
+    printf '%s\n' "$tgm $(sed -n 's/^ *again: tgm //p' "$out")" >"$work/again.sh"
+    sed -n 's/^ *debug: gdb //p' "$out" >"$work/debug"
+    run sh "$work/again.sh"
+    said | cmp -s - "$work/first" && [ -s "$work/first" ] && pass "its line shows it again: $rule" || fail "its line shows it again: $rule"
+    case $rule in
+    no-fault) stops="bad.c:10" ;;
+    write-read-only) stops="bad.c:11" ;;
+    *) continue ;;
+    esac
+    command -v gdb >/dev/null || continue
+    sed "s|^|gdb -batch |; s|--args tgm |--args $tgm |" "$work/debug" >"$work/debug.sh"
+    run timeout 60 sh "$work/debug.sh"
+    expect "gdb stops where it is: $rule" 0 "Program_04 (" "$rule/$stops"
+done
+command -v gdb >/dev/null || echo "SKIP  gdb is not installed: debug lines are not tried"
+check "$fixtures/no-system-call/bad.tgm" --rule no-system-call
+lacks "no line runs without a sandbox what called the system" "debug:"
+
+# --- where reports go -----------------------------------------------------------------------------
+mkdir "$work/there" "$work/here"
+ln -s ../there/target.json "$work/here/link.json"
+for time in first second; do
+    check "$good" --rule no-fault --json "$work/here/link.json"
+    [ -L "$work/here/link.json" ] && grep -q '"verdict": "PASS"' "$work/there/target.json" &&
+        pass "a link stays one, the $time time" || fail "a link stays one, the $time time"
+    [ "$time" = second ] || echo "old" >"$work/there/target.json"
+done
+"$tgm" check "$good" --json "$work/here/killed.json" --html "$work/here/killed.html" >/dev/null 2>&1 &
+sleep 0.3
+kill -9 $!
+wait $! 2>/dev/null
+[ "$(ls "$work/here")" = link.json ] && pass "who is killed leaves nothing half-written" || fail "who is killed leaves nothing half-written"
+
 # --- values ---------------------------------------------------------------------------------------
 wrong() { # options text: a wrong call
     # shellcheck disable=SC2086

@@ -93,6 +93,8 @@ static void a_module_that_is_not_named_is_not_found(void **state)
     assert_false(expected_find((struct expected){ text, strlen(text) }, "bad-c.tgm", &found));
     assert_false(expected_find((struct expected){ text, strlen(text) }, "bad", &found));
     assert_false(expected_find((struct expected){ "", 0 }, "bad.tgm", &found));
+    assert_true(expected_find((struct expected){ "a\n  b\n\n c\n", 10 }, "a", &found));
+    assert_true(expected_findings(found, "b\n", (char[EXPECTED_WHY]){ "" }));
 }
 
 /* --- the whole way ---------------------------------------------------------------------------- */

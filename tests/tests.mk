@@ -51,6 +51,7 @@ UNIT_TESTS := test_osc test_text16 test_catalogue \
     test_interp_path \
     test_evidence \
     test_selftest \
+    test_hostile_evidence \
     test_rules_file \
     test_config
 SDK_TESTS := test_sdk_mem test_sdk_text test_sdk_motion test_sdk_start test_sdk_start5 test_sdk_start8
@@ -265,9 +266,9 @@ $(BUILD)/test/%: $(BUILD)/obj/tests/%.o $(ROOM_OBJ)
 	@echo "  LINK   $@"
 	$(Q)$(CC) $(OPT) $(CFLAGS) -o $@ $^ $(LDFLAGS) $(LIBS) -lcmocka
 
-$(BUILD)/obj/tests/test_evidence.o: ALL_CFLAGS += -DFIXTURE_DIR='"$(FIXTURE_DIR)"'
-$(BUILD)/obj/tests/test_evidence.o: ALL_CFLAGS += -DTEST_EVIDENCE_DIR='"$(BUILD)/test-evidence"'
-$(BUILD)/test/test_evidence: | $(FIXTURES)
+$(BUILD)/obj/tests/test_evidence.o $(BUILD)/obj/tests/test_hostile_evidence.o: ALL_CFLAGS += -DFIXTURE_DIR='"$(FIXTURE_DIR)"'
+$(BUILD)/obj/tests/test_evidence.o $(BUILD)/obj/tests/test_hostile_evidence.o: ALL_CFLAGS += -DTEST_EVIDENCE_DIR='"$(BUILD)/test-evidence"'
+$(BUILD)/test/test_evidence $(BUILD)/test/test_hostile_evidence: | $(FIXTURES)
 $(BUILD)/obj/tests/test_selftest.o: ALL_CFLAGS += -DFIXTURE_DIR='"$(FIXTURE_DIR)"'
 $(BUILD)/obj/tests/test_selftest.o: ALL_CFLAGS += -DTEST_SELFTEST_DIR='"$(BUILD)/test-selftest"'
 $(BUILD)/test/test_selftest: | $(FIXTURES)

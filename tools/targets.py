@@ -30,7 +30,7 @@ TARGETS = [("elf64", "elf64", "pc4", ".tgm"), ("pe64", "pe64", "pc4", ".tgm"), (
            ("tgmmini", "arm", "tgmmini", ".tgm"), ("tgmcontroller", "flat", "tgmcontroller", ".tgm.bin")]
 TEMPLATES = [("c", "C"), ("cpp", "C++"), ("pascal", "Pascal")]
 PASCAL_TARGETS = ("elf64", "pe64")
-RECORD = "SERVO[0].Position,SERVO[0].WritePosition,SERVO[0].ControlWord,SERVO[0].Mode,SERVO[0].ActualSpeed"
+RECORD = ",".join("SERVO[0]." + name for name in ("Position", "WritePosition", "WriteSpeed", "Status", "Control", "ControlWord", "Mode"))
 CYCLES, SECONDS = "60", 4
 
 FIXTURE_CFLAGS = ("-O2 -g -ffreestanding -fPIC -fvisibility=hidden -fshort-wchar -fno-stack-protector "

@@ -136,24 +136,6 @@ static int run_again(const struct command *command, const struct check_options *
     return tell(command, files, check, stream, no_colour);
 }
 
-/* Several patterns as check.h has them. */
-static bool join_patterns(const struct command *command, const struct option_texts *patterns,
-                          char *out, size_t size, const char **joined)
-{
-    size_t at = 0;
-    for (size_t i = 0; i < patterns->count; i++) {
-        const int length =
-            snprintf(out + at, size - at, "%s%s", i > 0 ? "," : "", patterns->texts[i]);
-        if ((size_t)length >= size - at) {
-            complain(command, "too many patterns of rules");
-            return false;
-        }
-        at += (size_t)length;
-    }
-    *joined = patterns->count > 0 ? out : NULL;
-    return true;
-}
-
 static bool read_waivers(const struct command *command, const char *path, struct waivers *waivers)
 {
     char why[WAIVERS_WHY];
@@ -207,7 +189,7 @@ int command_check(const struct command *command, int argc, char **argv)
     struct report_files reports = { .paths = { NULL } };
     struct option_texts patterns = { .count = 0 };
     static struct waivers waivers;
-    static char selection[OPTION_TEXTS_MAX * 128];
+    static char selection[PATTERNS_MAX];
     const char *profile = "pc4", *module = NULL, *waive = NULL, *saved = NULL;
     uint64_t jobs = 0;
     bool no_colour = false;
@@ -256,7 +238,7 @@ int command_check(const struct command *command, int argc, char **argv)
     int words, status;
     if (!options_read(command, table, argc, argv, &module, 1, &words, &status))
         return status;
-    if (!join_patterns(command, &patterns, selection, sizeof selection, &options.rules) ||
+    if (!patterns_join(command, &patterns, selection, &options.rules) ||
         (waive != NULL && !read_waivers(command, waive, &waivers)))
         return EXIT_CALL;
     options.waivers = waive != NULL ? &waivers : NULL;

@@ -24,7 +24,7 @@ int command_rules(const struct command *command, int argc, char **argv)
         return EXIT_OK;
     }
     for (size_t i = 0; rule_at(i) != NULL; i++)
-        printf("%-22s %-6s %-6s %s\n", rule_at(i)->id, rule_group_name(rule_at(i)->group),
+        printf("%-25s %-9s %-6s %s\n", rule_at(i)->id, rule_group_name(rule_at(i)->group),
                severity_name(rule_at(i)->severity), rule_at(i)->title);
     return EXIT_OK;
 }

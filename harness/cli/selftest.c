@@ -103,9 +103,13 @@ int command_selftest(const struct command *command, int argc, char **argv)
     char why[SELFTEST_WHY];
     uint64_t jobs = 0;
     bool json = false;
+    struct option_texts patterns = { .count = 0 };
+    static char selection[PATTERNS_MAX];
     const struct option table[] = {
-        { "--rule", OPTION_TEXT, "PATTERN", "only the rules whose id matches, as in 'ini-*'",
-          &options.rules, 0, 0 },
+        { "--rule", OPTION_TEXTS, "PATTERN",
+          "only the rules whose id matches, as in 'ini-*'; '!PATTERN': not those; may be given "
+          "again",
+          &patterns, 0, 0 },
         { "--fixtures", OPTION_TEXT, "DIR", "where the modules are (default: beside the program)",
           &options.folder, 0, 0 },
         { "--jobs", OPTION_NUMBER, "N", "modules at the same time (default: one for each core)",
@@ -126,6 +130,8 @@ int command_selftest(const struct command *command, int argc, char **argv)
     int words, status;
     if (!options_read(command, table, argc, argv, NULL, 0, &words, &status))
         return status;
+    if (!patterns_join(command, &patterns, selection, &options.rules))
+        return EXIT_CALL;
     if (options.folder == NULL && find_fixtures(found))
         options.folder = found;
     if (options.folder == NULL)

@@ -88,6 +88,7 @@ static void facts(const struct report *r, FILE *out)
     fact(out, "Evidence", r->evidence, true);
     snprintf(number, sizeof number, "0x%" PRIx64, r->seed);
     fact(out, "Seed", number, true);
+    fact(out, "Configuration", r->config, true);
     if (r->cycles != 0) {
         snprintf(number, sizeof number, "%" PRIu64, r->cycles);
         fact(out, "Cycles of a run", number, false);

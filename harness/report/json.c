@@ -183,6 +183,7 @@ int report_json(const struct report *r, FILE *stream)
     json_object_set_new(root, "profile", json_text(r->profile));
     json_object_set_new(root, "seed", json_hex(r->seed));
     json_object_set_new(root, "selection", json_text(r->selection));
+    json_object_set_new(root, "config", json_text(r->config));
     json_object_set_new(root, "cycles", r->cycles != 0 ? count(r->cycles) : json_null());
     json_object_set_new(root, "strict", json_boolean(r->strict));
     json_object_set_new(root, "instrumented", json_boolean(r->instrumented));

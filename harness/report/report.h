@@ -138,6 +138,7 @@ struct report {
     const char *profile, *profile_title;
     uint64_t seed;
     const char *selection; /* pattern of the rules that were asked for, NULL: all */
+    const char *config;    /* file that it was judged under, at its one Cycle_Time; NULL: none */
     uint64_t cycles;       /* of each run, as asked for; 0: as the suite has them */
     struct rule_report *rules;
     size_t rule_count;

@@ -232,6 +232,10 @@ void report_text(const struct report *r, FILE *out, bool colour)
         fputs(" rules=", out);
         markup_plain(out, r->selection);
     }
+    if (r->config != NULL) {
+        fputs(" config=", out);
+        markup_plain(out, r->config);
+    }
     fprintf(out, "%s%s%s seed=0x%" PRIx64 " sha256=%s\n", r->strict ? " strict" : "",
             r->instrumented ? " instrumented" : "", cycles, r->seed, r->sha256);
 }
