@@ -170,7 +170,7 @@ static void a_start_that_faults_either_way_is_alike(void **state)
 {
     (void)state;
     for (int id = 0; id < EXPERIMENT_COUNT; id++)
-        faults(id);
+        faults((enum experiment_id)id);
     check_globals(&file, &findings);
     assert_int_equal(findings.count, 0);
 }

@@ -367,8 +367,10 @@ static uint64_t wall_limit(const struct experiment *experiment, bool instrumente
 {
     const uint64_t cycle_us =
         experiment->host.cycle_us > 1000 ? experiment->host.cycle_us : UINT64_C(1000);
-    const uint64_t limit = UINT64_C(10000000000) + experiment->cycles * cycle_us * 2000;
-    return instrumented || experiment->host.preempt.mode == PREEMPT_TRIED ? 12 * limit : limit;
+    const uint64_t begin = UINT64_C(10000000000), cycles = experiment->cycles * cycle_us * 2000;
+    return instrumented                                     ? 12 * (begin + cycles)
+           : experiment->host.preempt.mode == PREEMPT_TRIED ? begin + 12 * cycles
+                                                            : begin + cycles;
 }
 
 int experiment_run(const struct experiment *experiment, const struct image *image,
