@@ -199,12 +199,13 @@ static int read_scenarios(struct archive *archive, char why[CHECK_WHY])
 /* The module lies there and is the one; where it is read from later. */
 static int look_at_module(struct archive *archive, char why[CHECK_WHY])
 {
+    const char *name = archive_module_name(text_of(archive->manifest, "module"));
     size_t size;
-    char *bytes = read_listed(archive, ARCHIVE_MODULE, &size, why);
+    char *bytes = read_listed(archive, name, &size, why);
     if (bytes == NULL)
         return -EINVAL;
     free(bytes);
-    snprintf(archive->module, sizeof archive->module, "%s/%s", archive->folder, ARCHIVE_MODULE);
+    snprintf(archive->module, sizeof archive->module, "%s/%s", archive->folder, name);
     return 0;
 }
 

@@ -194,7 +194,8 @@ int archive_save(const struct check *check, const struct check_options *options,
     int r = json_is_string(json_object_get(manifest, "module")) ? make_folder(&saver)
                                                                 : no_text(&saver, options->path);
     if (r == 0)
-        r = add_file(&saver, ARCHIVE_MODULE, check->image->bytes, check->image->size);
+        r = add_file(&saver, archive_module_name(options->path), check->image->bytes,
+                     check->image->size);
     if (r == 0)
         r = save_experiments(&saver, check, manifest);
     if (r == 0)

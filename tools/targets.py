@@ -157,22 +157,48 @@ def compare(cell, report):
     return cell.settle("UNEXPLAINED", "fails nothing")
 
 
+def common_sources():
+    """Everything that fixtures are made of besides their own folder."""
+    yield os.path.join(ROOT, "tests", "fixture.sh")
+    for folder in (FIXTURES, *(os.path.join(ROOT, "sdk", name) for name in ("include", "include/tgm", "src", "link"))):
+        for name in sorted(os.listdir(folder)):
+            if os.path.isfile(os.path.join(folder, name)):
+                yield os.path.join(folder, name)
+
+
+def build_fixture(source, out, kind, common):
+    """None when there is a file, else what compiler and linker said. Nothing is made twice of the same."""
+    flags = "-include conformance/fixtures/generation5.h" if kind in ("arm", "flat") else ""
+    folder = os.path.join(ROOT, os.path.dirname(source))
+    own = [os.path.join(folder, name) for name in sorted(os.listdir(folder))]
+    key, said = digest([common, kind, FIXTURE_CFLAGS, flags, source], *own), out + ".said"
+    if os.path.exists(said):
+        with open(said, encoding="utf-8") as stream:
+            made_of, text = stream.read().split("\n", 1)
+        if made_of == key:
+            return None if os.path.exists(out) else text
+    os.makedirs(os.path.dirname(out), exist_ok=True)
+    if os.path.exists(out):
+        os.remove(out)
+    environment = dict(os.environ, FIXTURE_CFLAGS=FIXTURE_CFLAGS, FIXTURE_TARGET=kind, FIXTURE_FLAGS=flags, MAKEFLAGS="")
+    built = run(["sh", "tests/fixture.sh", source, out], env=environment)
+    text = built.stderr + built.stdout
+    if built.returncode != 0 and os.path.exists(out):
+        os.remove(out)
+    with open(said, "w", encoding="utf-8") as stream:
+        stream.write(key + "\n" + text)
+    return None if os.path.exists(out) else text
+
+
 def try_fixture(arguments):
-    build, tgm, source, target = arguments
+    build, tgm, source, target, common = arguments
     name, kind, profile, ending = target
     rule = os.path.basename(os.path.dirname(source))
     stem = os.path.splitext(os.path.basename(source))[0]
     cell = Cell(rule, stem, name)
     out = os.path.join(build, "targets_report", name, rule, stem + ending)
-    os.makedirs(os.path.dirname(out), exist_ok=True)
-    if os.path.exists(out):
-        os.remove(out)
-    environment = dict(os.environ, FIXTURE_CFLAGS=FIXTURE_CFLAGS, FIXTURE_TARGET=kind, MAKEFLAGS="")
-    if kind in ("arm", "flat"):
-        environment["FIXTURE_FLAGS"] = "-include conformance/fixtures/generation5.h"
-    built = run(["sh", "tests/fixture.sh", source, out], env=environment)
-    if built.returncode != 0 or not os.path.exists(out):
-        text = built.stderr + built.stdout
+    text = build_fixture(source, out, kind, common)
+    if text is not None:
         reason = why_not_built(cell, source, text)
         if reason is None:
             return cell.settle("UNEXPLAINED", "is not built: " + first_error(text))
@@ -338,7 +364,8 @@ def main():
     options = parser.parse_args()
     build = os.path.join(ROOT, options.build)
     tgm = os.path.join(build, "tgm")
-    work = [(build, tgm, source, target) for source in fixture_sources(options.rules) for target in TARGETS]
+    common = digest([], *common_sources())
+    work = [(build, tgm, source, target, common) for source in fixture_sources(options.rules) for target in TARGETS]
     with concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
         cells = list(pool.map(try_fixture, work))
     bad = [c for c in cells if c.kind == "UNEXPLAINED"]
