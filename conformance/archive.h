@@ -5,7 +5,7 @@
  *
  *   manifest.json           what was asked for (module, profile, seed, rules, waivers ...), on which
  *                           machine each run was, and of every other file its size and SHA-256
- *   module                  the module that was judged; module.bin where its name ends so: what has
+ *   module                  the module that was judged, with the ending of a flat image: what has
  *                           no header is told by its name
  *   NAME.evidence           of an experiment of experiments.def (host/evidence_file.h)
  *   scenario-N.scenario, scenario-N.evidence

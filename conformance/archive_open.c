@@ -159,8 +159,7 @@ static int read_scenarios(struct archive *archive, char why[CHECK_WHY])
 /* The module lies there and is the one; where it is read from later. */
 static int look_at_module(struct archive *archive, char why[CHECK_WHY])
 {
-    const json_t *files = json_object_get(archive->manifest, "files");
-    const char *name = json_object_get(files, ARCHIVE_BIN) != NULL ? ARCHIVE_BIN : ARCHIVE_MODULE;
+    const char *name = archive_module_name(text_of(archive->manifest, "module"));
     size_t size;
     char *bytes = read_listed(archive, name, &size, why);
     if (bytes == NULL)

@@ -240,10 +240,9 @@ static void remove_older(const struct saver *saver, const struct check *check)
     static const char *const endings[] = { "scenario", "evidence" };
     if (in_folder(saver, ARCHIVE_MANIFEST, path) != 0 || unlink(path) != 0)
         return;
-    if (in_folder(saver, ARCHIVE_MODULE, path) == 0)
-        unlink(path);
-    if (in_folder(saver, ARCHIVE_BIN, path) == 0)
-        unlink(path);
+    for (size_t i = 0; i < ARCHIVE_MODULES; i++)
+        if (in_folder(saver, archive_modules[i], path) == 0)
+            unlink(path);
     for (int id = 0; id < EXPERIMENT_COUNT; id++) {
         snprintf(name, sizeof name, "%s.evidence", check->runs[id].plan.row.name);
         if (in_folder(saver, name, path) == 0)
@@ -254,12 +253,6 @@ static void remove_older(const struct saver *saver, const struct check *check)
         if (in_folder(saver, name, path) == 0)
             unlink(path);
     }
-}
-
-static const char *module_name(const char *path)
-{
-    const size_t length = strlen(path);
-    return length >= 4 && strcmp(path + length - 4, ".bin") == 0 ? ARCHIVE_BIN : ARCHIVE_MODULE;
 }
 
 int archive_save(const struct check *check, const struct check_options *options, const char *folder,
@@ -273,7 +266,8 @@ int archive_save(const struct check *check, const struct check_options *options,
     if (r == 0)
         remove_older(&saver, check);
     if (r == 0)
-        r = add_file(&saver, module_name(options->path), check->image->bytes, check->image->size);
+        r = add_file(&saver, archive_module_name(options->path), check->image->bytes,
+                     check->image->size);
     if (r == 0)
         r = save_experiments(&saver, check, manifest);
     if (r == 0)

@@ -86,4 +86,7 @@ const struct report *check_report(const struct check *check);
 unsigned check_lacks(const struct check *check);
 void check_free(struct check *check);
 
+/* Of the wall clock, to tell how long something took. */
+double check_seconds(void);
+
 #endif

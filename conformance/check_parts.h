@@ -29,9 +29,6 @@ struct check {
     bool sparing; /* the rules and the verdict are wanted, nothing else of the report */
 };
 
-/* Of the wall clock, to tell how long something took. */
-double check_seconds(void);
-
 /*
  * runs.c: runs each experiment of the set that is for this product, several at a time; the results
  * are the same and in the same place however many. 0, or negative errno with a reason.

@@ -118,6 +118,13 @@ arm() {
 
 flat() {
     bare=arm-none-eabi-gcc
+    case $flags in
+    -r*) # left as it is: no flat image can be made of it
+        # shellcheck disable=SC2086
+        run $bare $language $common $arm_flags $cortex -fno-builtin -o "$output" sdk/src/mem.c "$source" -nostdlib $flags
+        return
+        ;;
+    esac
     lookup=sdk/src/flat.c
     ! grep -q '^#include .*flat\.c' "$source" || lookup=
     # shellcheck disable=SC2086,SC2046

@@ -14,6 +14,7 @@ Ends with a table a file, for docs/testing.md, and the lines that nobody noticed
 import argparse
 import atexit
 import concurrent.futures
+import functools
 import glob
 import os
 import random
@@ -49,7 +50,7 @@ EQUIVALENT = {
 
 def sources():
     names = sorted(glob.glob(os.path.join(ROOT, "conformance", "rules_*.c")))
-    names += [os.path.join(ROOT, "conformance", n) for n in ("incidents.c", "cases.c")]
+    names += [os.path.join(ROOT, "conformance", n) for n in ("incidents.c", "cases.c")]  # budgets.c: the report's
     return [os.path.relpath(n, ROOT) for n in names]
 
 
@@ -89,31 +90,39 @@ def wanted(names):
 
 
 def functions(path):
-    """(first line, last line, name) of the functions of a file; the text of each."""
+    """(first line, last line, name, whether others can call it, text) of the functions of a file."""
     with open(os.path.join(ROOT, path), encoding="utf-8") as file:
         lines = file.read().split("\n")
-    found, texts, first = [], {}, 0
+    first = 0
     for number, line in enumerate(lines):
         if line == "}":
-            head = re.search(r"^[a-z][\w *]*?(\w+)\(", "\n".join(lines[first:number]), flags=re.M)
+            text = "\n".join(lines[first:number + 1])
+            head = re.search(r"^(static |)[a-z][\w *]*?(\w+)\(", text, flags=re.M)
             if head:
-                found.append((first, number, head.group(1)))
-                texts[head.group(1)] = "\n".join(lines[first:number + 1])
+                yield first, number, head.group(2), not head.group(1), text
             first = number + 1
-    return found, texts
 
 
+@functools.lru_cache(maxsize=None)
+def all_functions():
+    return [(file,) + function for file in sources() for function in functions(file)]
+
+
+@functools.lru_cache(maxsize=None)
+def calls(name):
+    return [f for f in all_functions() if re.search(r"\b%s\b" % name, f[5])]
+
+
+@functools.lru_cache(maxsize=None)
 def rules_of(path, number=None):
-    """Ids of the rules whose judgement stands in the file, or, if there are such, needs that line of it."""
-    found, texts = functions(path)
+    """Ids of the rules that need the file, or that line of it: those that call, and so on, what stands there."""
     with open(os.path.join(ROOT, "conformance", "rules.def"), encoding="utf-8") as file:
         ids = dict(re.findall(r"^RULE\((\w+),\s*\"([a-z0-9-]+)\"", file.read(), flags=re.M))
-    users = [name for name in texts if name.startswith("check_")]
-    if number is not None:
-        users = [name for first, last, name in found if first <= number <= last]
-        for name in users:
-            users += [n for n, text in texts.items() if n not in users and re.search(r"\b%s\b" % name, text)]
-    return [ids[name[6:]] for name in users if name.startswith("check_") and name[6:] in ids]
+    users = [f for f in all_functions() if f[0] == path and (number is None or f[1] <= number <= f[2])]
+    for file, _, _, name, shared, _ in users:
+        users += [f for f in calls(name) if f not in users and (shared or f[0] == file)]
+    names = {f[3][6:] for f in users if f[3].startswith("check_")}
+    return [ident for symbol, ident in ids.items() if symbol in names]
 
 
 def key(path, number, changed):
@@ -201,7 +210,7 @@ class Runner:
 
     def is_unnoticed(self, program, path, number):
         near, all_of = rules_of(path, number), rules_of(path)
-        if near and not self.is_right(program, ["--own", "--rule", ",".join(near)], 3):
+        if near and not self.is_right(program, ["--own", "--rule", ",".join(near)], self.seconds):
             return False
         if all_of == ["scenario"]:  # other rules' fixtures have none
             return True
