@@ -17,7 +17,7 @@ reader() {
     mkdir -p "$work/$1"
     words=
     [ ! -e "tests/corpus/$1.dict" ] || words="-dict=tests/corpus/$1.dict"
-    FUZZ_FORMAT=$1 run "$fuzz/$2" -runs="$runs" -seed=1 -max_len="$3" -timeout=600 $words \
+    FUZZ_FORMAT=$1 run "$fuzz/$2" -runs="$runs" -seed=1 -entropic=0 -max_len="$3" -timeout=600 $words \
         -artifact_prefix="$fuzz/$1-" "$work/$1" $4
     expect "$1: $runs inputs" 0 "Done "
     [ "$runs" -le 20000 ] || tail -n 3 "$err"
