@@ -70,7 +70,7 @@ void check_no_sleep(const struct case_file *file, struct findings *findings)
 /* --- calling convention ---------------------------------------------------------------------- */
 
 /* By bit of enum machine_abi. */
-static const char *const parts_x86_64[MACHINE_ABI_BITS] = {
+static const char *const parts_x86_64[] = {
     "rbx",
     "rbp",
     "r12",
@@ -84,12 +84,16 @@ static const char *const parts_x86_64[MACHINE_ABI_BITS] = {
     "the x87 control word",
     "the x87 registers (left in use)",
     "the base of fs",
+    "rdi",
+    "rsi",
+    "xmm6 to xmm15",
+    "the base of gs",
 };
-static const char *const parts_i386[MACHINE_ABI_BITS] = {
+static const char *const parts_i386[] = {
     "ebx",
     "ebp",
-    "esi",
-    "edi",
+    "",
+    "",
     "",
     "",
     "the stack pointer",
@@ -99,11 +103,19 @@ static const char *const parts_i386[MACHINE_ABI_BITS] = {
     "the x87 control word",
     "the x87 registers (left in use)",
     "the base of fs",
+    "edi",
+    "esi",
+    "",
+    "the base of gs",
 };
-static const char *const parts_arm[MACHINE_ABI_BITS] = {
-    "r4", "r5", "r6",    "r7", "r8 or r9",  "r10 or r11", "the stack pointer",
-    "",   "",   "FPSCR", "",   "d8 to d15", "",
+static const char *const parts_arm[] = {
+    "r4",    "r5", "r6", "r7", "r8 or r9", "r10 or r11", "the stack pointer", "", "",
+    "FPSCR", "",   "",   "",   "",         "",           "d8 to d15",         "",
 };
+_Static_assert(sizeof parts_x86_64 / sizeof *parts_x86_64 == MACHINE_ABI_BITS &&
+                   sizeof parts_i386 / sizeof *parts_i386 == MACHINE_ABI_BITS &&
+                   sizeof parts_arm / sizeof *parts_arm == MACHINE_ABI_BITS,
+               "each bit has a name");
 
 static const char *const *parts_of(const struct image *image)
 {

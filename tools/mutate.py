@@ -97,7 +97,7 @@ def functions(path):
     for number, line in enumerate(lines):
         if line == "}":
             text = "\n".join(lines[first:number + 1])
-            head = re.search(r"^(static |)[a-z][\w *]*?(\w+)\(", text, flags=re.M)
+            head = re.search(r"^(static |)[a-z][\w *]*?\b(\w+)\([^;{}]*\)\n\{", text, flags=re.M)
             if head:
                 yield first, number, head.group(2), not head.group(1), text
             first = number + 1
@@ -165,6 +165,8 @@ class Runner:
         line = self.compile_line.replace("build/obj/harness/cli/main.o", out).replace("harness/cli/main.c", source)
         line = re.sub(r" -MMD -MP| -Werror| -W\w+| -g\b", "", line).replace(" -O2", " " + optimised)
         line += " -w -I" + os.path.dirname(path)
+        # What a mutant leaves unset must not hold what happens to lie there from the call before.
+        line += " -ftrivial-auto-var-init=pattern"
         return subprocess.run(line, shell=True, cwd=ROOT, capture_output=True).returncode == 0
 
     def is_same(self, path, folder):
@@ -195,6 +197,7 @@ class Runner:
         return program if done.returncode == 0 else None
 
     def judge(self, job):
+        """A job and what became of it: noticed, missed, none, equivalent, or left for want of time."""
         index, path, number, changed = job
         if time.time() > self.deadline:
             return job, "left"
