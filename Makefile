@@ -50,6 +50,7 @@ MACHINE_SRC := load.c poison.c regions.c call.c fault.c attribute.c watchdog.c s
     arguments.c \
     serve.c \
     reload.c \
+    aside.c \
     rehearse.c \
     system_call.c \
     machine.c \
@@ -129,6 +130,7 @@ LAYOUT_SRC := measure.c \
     digest_take.c \
     plc.c \
     preempt.c \
+    sleep.c \
     races.c \
     races_judge.c \
     races_state.c \
@@ -144,6 +146,7 @@ LAYOUT_SRC := measure.c \
     channels.c \
     general.c \
     servo_error.c \
+    servo_outputs.c \
     safety.c \
     statistics.c \
     eeprom.c \
@@ -200,6 +203,7 @@ CONFORMANCE_SRC := profile.c rules.c findings.c incidents.c rules_file.c rules_s
     rules_disturbed.c \
     again.c \
     archive_open.c \
+    archive_read.c \
     archive_save.c \
     waivers.c \
     selftest.c \
@@ -209,6 +213,7 @@ CONFORMANCE_SRC := profile.c rules.c findings.c incidents.c rules_file.c rules_s
     chronicle_coverage.c \
     chronicle_plot.c \
     envelope.c \
+    expected.c \
     keys.c \
     judge.c \
     plan.c \
@@ -291,12 +296,14 @@ FUZZERS := fuzz_image fuzz_text \
     fuzz_config \
     fuzz_text16 \
     fuzz_evidence \
+    fuzz_manifest \
     fuzz_path
 .PHONY: fuzz
 fuzz: $(addprefix $(BUILD)/fuzz/,$(FUZZERS)) ## fuzz the readers of module files and fault scripts, the SDK's text and the bus segment for FUZZ_SECONDS each (default 300)
-	$(Q)for fuzzer in $(FUZZERS); do mkdir -p $(BUILD)/fuzz/corpus-$$fuzzer; \
+	$(Q)for fuzzer in $(FUZZERS); do mkdir -p $(BUILD)/fuzz/corpus-$$fuzzer; seeds=tests/corpus/$${fuzzer#fuzz_}; \
+	    if [ -d $$seeds ]; then seeds="-dict=$$seeds.dict $$seeds"; else seeds=; fi; \
 	    $(BUILD)/fuzz/$$fuzzer -max_total_time=$(FUZZ_SECONDS) -artifact_prefix=$(BUILD)/fuzz/$$fuzzer- \
-	    $(BUILD)/fuzz/corpus-$$fuzzer || exit 1; done
+	    $(BUILD)/fuzz/corpus-$$fuzzer $$seeds || exit 1; done
 
 .PHONY: layouts
 layouts: ## regenerate what follows from sdk/layout/
@@ -323,7 +330,9 @@ install: $(BUILD)/tgm fixtures third_party/musl/.from ## install the program and
 	cp -R sdk templates $(DESTDIR)$(PREFIX)/share/tgm/
 	cp -R third_party/musl $(DESTDIR)$(PREFIX)/share/tgm/third_party/
 	rm -rf $(DESTDIR)$(PREFIX)/share/tgm/templates/*/build
-	cp -R $(FIXTURE_DIR) $(DESTDIR)$(PREFIX)/share/tgm/
+	rm -rf $(DESTDIR)$(PREFIX)/share/tgm/fixtures
+	cd $(FIXTURE_DIR) && find . -name '*.tgm' -o -name '*.tgm.bin' -o -name '*.scenario' -o -name expected | while read -r file; do \
+	    install -D -m 644 "$$file" "$(abspath $(DESTDIR)$(PREFIX))/share/tgm/fixtures/$$file" || exit 1; done
 	cp -R docs LICENSES $(DESTDIR)$(PREFIX)/share/tgm/
 	install -m 644 LICENSE $(DESTDIR)$(PREFIX)/share/tgm/
 
@@ -405,7 +414,25 @@ $(BUILD)/obj/%.o: %.S | $(BUILD)/.deps
 	@echo "  AS     $<"
 	$(Q)$(CC) $(INCLUDE) -MMD -MP $(CFLAGS) -c -o $@ $<
 
-FUZZ_CC := clang -std=gnu11 -g -O1 $(INCLUDE) -fsanitize=fuzzer,address,undefined -fno-sanitize-recover=all
+FUZZ_CC := clang -std=gnu11 -g -O2 $(INCLUDE) -fsanitize=fuzzer,address,undefined -fno-sanitize-recover=all
+# For readers whose words stand in a dictionary (tests/corpus/NAME.dict): looking on at every comparison takes most of the time.
+FUZZ_WORDS := -fno-sanitize-coverage=trace-cmp
+$(addprefix $(BUILD)/fuzz/,$(FUZZERS)): $(wildcard harness/*/*.h conformance/*.h tests/*.h)
+
+# Headers with small limits, which an input of some hundred bytes reaches, and with structures that are cleared and
+# looked through ten thousand times a second: evidence has 4 kB instead of 360.
+FUZZ_SMALL := $(BUILD)/fuzz/small
+FUZZ_LIMITS := SCENARIO_STATEMENTS=24 SCENARIO_REGISTERS=8 SCENARIO_CODE=96 \
+    EVIDENCE_INCIDENTS=2 EVIDENCE_MESSAGES=3 EVIDENCE_TEXT=24 EVIDENCE_FAULTS=3 EVIDENCE_FAILURES=4 EVIDENCE_LINES=4 \
+    EVIDENCE_EEPROM=32 EVIDENCE_INTERRUPTS=3 EVIDENCE_RACES=2 \
+    AUDIT_ACCESSES=4 DIGEST_STATES=4 DIGEST_TRAILS=4 DIGEST_MEMORIES=2 COVERAGE_MOST=64 SKETCH_BUCKETS=4 LATENCY_BINS=8
+FUZZ_LIMIT_HEADERS := scenario_parts.h evidence.h audit.h digest.h coverage.h sketch.h realtime.h
+$(FUZZ_SMALL)/.made: Makefile $(addprefix harness/host/,$(FUZZ_LIMIT_HEADERS))
+	@mkdir -p $(FUZZ_SMALL)/host
+	$(Q)for header in $(FUZZ_LIMIT_HEADERS); do \
+	    sed $(foreach limit,$(FUZZ_LIMITS),-e 's/^#define $(firstword $(subst =, ,$(limit))) .*/#define $(subst =, ,$(limit))/') \
+	        harness/host/$$header >$(FUZZ_SMALL)/host/$$header || exit 1; done
+	@touch $@
 
 $(BUILD)/fuzz/fuzz_image: tests/fuzz_image.c tests/image_support.c tests/image_support_pe.c $(addprefix harness/image/,$(IMAGE_SRC)) | $(BUILD)/.deps-test
 	@mkdir -p $(@D)
@@ -430,22 +457,28 @@ $(BUILD)/fuzz/fuzz_text: tests/fuzz_text.c sdk/src/number.c sdk/src/text16.c sdk
 $(BUILD)/fuzz/fuzz_config: tests/fuzz_config.c $(addprefix harness/host/,config.c config_keys.c config_check.c product.c plant.c servo_select.c) harness/bus/scan.c | $(BUILD)/.deps-test
 	@mkdir -p $(@D)
 	@echo "  FUZZ   $@"
-	$(Q)$(FUZZ_CC) -o $@ $(filter %.c,$^) -linih
+	$(Q)$(FUZZ_CC) $(FUZZ_WORDS) -o $@ $(filter %.c,$^) -linih
 
-$(BUILD)/fuzz/fuzz_certificate: tests/fuzz_certificate.c $(addprefix conformance/,certificate.c envelope.c keys.c) harness/report/report.c | $(BUILD)/.deps-test
+$(BUILD)/fuzz/fuzz_certificate: tests/fuzz_certificate.c tests/fuzz_json.h $(addprefix conformance/,certificate.c envelope.c keys.c) harness/report/report.c | $(BUILD)/.deps-test
 	@mkdir -p $(@D)
 	@echo "  FUZZ   $@"
-	$(Q)$(FUZZ_CC) -o $@ $(filter %.c,$^) -ljansson -lsodium
+	$(Q)$(FUZZ_CC) -Itests -o $@ $(filter %.c,$^) -ljansson -lsodium
 
 $(BUILD)/fuzz/fuzz_text16: tests/fuzz_text16.c harness/host/text16.c harness/machine/arguments.c | $(BUILD)/.deps-test
 	@mkdir -p $(@D)
 	@echo "  FUZZ   $@"
 	$(Q)$(FUZZ_CC) -o $@ $(filter %.c,$^) -lm
 
-$(BUILD)/fuzz/fuzz_evidence: tests/fuzz_evidence.c $(addprefix harness/host/,evidence.c evidence_file.c evidence_rows.c audit.c sketch.c product.c catalogue.c) conformance/waivers.c | $(BUILD)/.deps-test
+$(BUILD)/fuzz/fuzz_evidence: tests/fuzz_evidence.c $(addprefix harness/host/,evidence.c evidence_file.c evidence_rows.c audit.c coverage.c sketch.c product.c catalogue.c) conformance/waivers.c $(FUZZ_SMALL)/.made | $(BUILD)/.deps-test
 	@mkdir -p $(@D)
 	@echo "  FUZZ   $@"
-	$(Q)$(FUZZ_CC) -o $@ $(filter %.c,$^) -lm
+	$(Q)$(FUZZ_CC) -iquote $(FUZZ_SMALL) $(FUZZ_WORDS) -o $@ $(filter %.c,$^) -lm
+
+# The manifest of saved evidence; the fuzzer has the folder.
+$(BUILD)/fuzz/fuzz_manifest: tests/fuzz_manifest.c tests/fuzz_json.h $(addprefix conformance/,archive_open.c again.c profile.c waivers.c) $(addprefix harness/host/,$(filter-out scenario_play.c,$(filter scenario_%,$(HOST_SRC))) product.c catalogue.c) harness/bus/scan.c $(FUZZ_SMALL)/.made | $(BUILD)/.deps-test
+	@mkdir -p $(@D)
+	@echo "  FUZZ   $@"
+	$(Q)$(FUZZ_CC) -Itests -iquote $(FUZZ_SMALL) $(FUZZ_WORDS) -o $@ $(filter %.c,$^) -ljansson -lsodium -lm
 
 # The arithmetic of an interpolator and the text it reads.
 $(BUILD)/fuzz/fuzz_path: tests/fuzz_path.c $(addprefix harness/host/,interp_file.c interp_path.c interp_run.c interp_filter.c angle.c profile_shape.c) | $(BUILD)/.deps-test
@@ -475,10 +508,10 @@ $(BUILD)/fuzz/fuzz_device: tests/fuzz_device.c $(addprefix harness/bus/,$(DEVICE
 
 # Scenarios without a host and without a bus: the fuzzer has the two functions that they want.
 SCENARIO_SRC := $(addprefix harness/host/,$(filter scenario_%,$(HOST_SRC)) catalogue.c) harness/bus/scan.c
-$(BUILD)/fuzz/fuzz_scenario: tests/fuzz_scenario.c $(SCENARIO_SRC) | $(BUILD)/.deps-test
+$(BUILD)/fuzz/fuzz_scenario: tests/fuzz_scenario.c $(SCENARIO_SRC) $(FUZZ_SMALL)/.made | $(BUILD)/.deps-test
 	@mkdir -p $(@D)
 	@echo "  FUZZ   $@"
-	$(Q)$(FUZZ_CC) -ffp-contract=off -o $@ $(filter %.c,$^) -lm
+	$(Q)$(FUZZ_CC) -iquote $(FUZZ_SMALL) $(FUZZ_WORDS) -ffp-contract=off -o $@ $(filter %.c,$^) -lm
 
 -include tests/tests.mk
 -include $(filter-out $(BUILD)/obj/soem/%,$(ROOM_OBJ:.o=.d)) $(CLI_OBJ:.o=.d) $(LAYOUT_OBJ:.o=.d)

@@ -12,17 +12,14 @@
 #include "host/evidence_file.h"
 #include "host/scenario.h"
 
-#define FILE_MOST      ((size_t)64 << 20)
-#define SCENARIOS_MOST 32
-
 struct archive {
     char folder[4096], module[ARCHIVE_PATH];
     char hash[ARCHIVE_HASH];
     json_t *manifest;
     struct check_options options;
     struct waivers waivers;
-    struct check_scenario scenarios[SCENARIOS_MOST];
-    char *texts[SCENARIOS_MOST];
+    struct check_scenario scenarios[ARCHIVE_SCENARIOS];
+    char *texts[ARCHIVE_SCENARIOS];
 };
 
 static __attribute__((format(printf, 2, 3))) int refuse(char why[CHECK_WHY], const char *format,
@@ -33,44 +30,6 @@ static __attribute__((format(printf, 2, 3))) int refuse(char why[CHECK_WHY], con
     vsnprintf(why, CHECK_WHY, format, arguments);
     va_end(arguments);
     return -EINVAL;
-}
-
-/* The whole file, with a zero behind it; to be freed. NULL with the reason. */
-static char *read_file(const struct archive *archive, const char *name, size_t *size,
-                       char why[CHECK_WHY])
-{
-    char path[ARCHIVE_PATH];
-    snprintf(path, sizeof path, "%s/%s", archive->folder, name);
-    FILE *file = fopen(path, "rb");
-    if (file == NULL) {
-        refuse(why, "'%s': %s", path, strerror(errno));
-        return NULL;
-    }
-    size_t room = 65536, used = 0;
-    char *bytes = malloc(room + 1);
-    while (bytes != NULL) {
-        used += fread(bytes + used, 1, room - used, file);
-        if (used < room || room >= FILE_MOST)
-            break;
-        char *more = realloc(bytes, 2 * room + 1);
-        if (more == NULL) {
-            free(bytes);
-            bytes = NULL;
-        } else {
-            bytes = more;
-            room *= 2;
-        }
-    }
-    const bool bad = ferror(file) != 0 || used >= FILE_MOST;
-    fclose(file);
-    if (bytes == NULL || bad) {
-        free(bytes);
-        refuse(why, "'%s' cannot be read", path);
-        return NULL;
-    }
-    bytes[used] = '\0';
-    *size = used;
-    return bytes;
 }
 
 static void hash_of(const void *bytes, size_t size, char hash[ARCHIVE_HASH])
@@ -92,7 +51,7 @@ static char *read_listed(const struct archive *archive, const char *name, size_t
         refuse(why, "'%s/%s' is not in the manifest", archive->folder, name);
         return NULL;
     }
-    char *bytes = read_file(archive, name, size, why);
+    char *bytes = archive_read(archive->folder, name, size, why);
     if (bytes == NULL)
         return NULL;
     hash_of(bytes, *size, hash);
@@ -153,6 +112,7 @@ static int read_options(struct archive *archive, char why[CHECK_WHY])
     o->profile = profile != NULL ? profile_find(profile) : NULL;
     o->rules = text_of(manifest, "rules");
     o->strict = json_is_true(json_object_get(manifest, "strict"));
+    o->instrumented = json_is_true(json_object_get(manifest, "instrumented"));
     o->around_path = text_of(manifest, "config");
     o->today = text_of(manifest, "today");
     o->again_path = text_of(manifest, "module");
@@ -173,8 +133,8 @@ static int read_scenarios(struct archive *archive, char why[CHECK_WHY])
         catalogue_find(product->generation, (int)product->memory_id);
     const json_t *list = json_object_get(archive->manifest, "scenarios");
     char name[64], reason[SCENARIO_WHY];
-    if (json_array_size(list) > SCENARIOS_MOST)
-        return refuse(why, "the manifest has more than %d scenarios", SCENARIOS_MOST);
+    if (json_array_size(list) > ARCHIVE_SCENARIOS)
+        return refuse(why, "the manifest has more than %d scenarios", ARCHIVE_SCENARIOS);
     archive->options.scenarios = archive->scenarios;
     for (size_t i = 0; i < json_array_size(list); i++) {
         struct check_scenario *scenario = &archive->scenarios[i];
@@ -213,7 +173,7 @@ static int read_manifest(struct archive *archive, char why[CHECK_WHY])
 {
     size_t size;
     json_error_t error;
-    char *text = read_file(archive, ARCHIVE_MANIFEST, &size, why);
+    char *text = archive_read(archive->folder, ARCHIVE_MANIFEST, &size, why);
     if (text == NULL)
         return -EINVAL;
     hash_of(text, size, archive->hash);
@@ -257,7 +217,7 @@ void archive_close(struct archive *archive)
 {
     if (archive == NULL)
         return;
-    for (size_t i = 0; i < SCENARIOS_MOST; i++) {
+    for (size_t i = 0; i < ARCHIVE_SCENARIOS; i++) {
         scenario_close((struct scenario *)(uintptr_t)archive->scenarios[i].scenario);
         free(archive->texts[i]);
     }
@@ -343,13 +303,15 @@ static int fill_run(const struct archive *archive, struct case_run *run, char wh
     return 0;
 }
 
-int archive_fill(const struct archive *archive, struct check *check, char why[CHECK_WHY])
+int archive_fill(const struct archive *archive, struct check *check, uint64_t wanted,
+                 char why[CHECK_WHY])
 {
     const json_t *list = json_object_get(archive->manifest, "scenarios");
     int r = 0;
     for (int id = 0; id < EXPERIMENT_COUNT && r == 0; id++)
-        r = fill_run(archive, &check->runs[id], why);
-    check->scenarios = calloc(SCENARIOS_MOST, sizeof *check->scenarios);
+        if (experiment_in(wanted, id))
+            r = fill_run(archive, &check->runs[id], why);
+    check->scenarios = calloc(archive->options.scenario_count + 1, sizeof *check->scenarios);
     if (check->scenarios == NULL)
         return refuse(why, "no memory");
     for (size_t i = 0; i < archive->options.scenario_count && r == 0; i++) {

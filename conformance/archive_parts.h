@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
-/* archive_parts.h - shared by archive_save.c and archive_open.c. */
+/* archive_parts.h - shared by archive_save.c, archive_open.c and archive_read.c. */
 #ifndef CONFORMANCE_ARCHIVE_PARTS_H
 #define CONFORMANCE_ARCHIVE_PARTS_H
 
@@ -7,21 +7,25 @@
 
 #include "conformance/archive.h"
 
-#define ARCHIVE_PATH     4352
-#define ARCHIVE_MANIFEST "manifest.json"
+#define ARCHIVE_PATH      4352
+#define ARCHIVE_MANIFEST  "manifest.json"
+#define ARCHIVE_SCENARIOS 32
 
-/* Of the copy of the module: it ends as the module does where the ending says what a file is. */
+/* What the copy of the module may be called: a flat image is told by how its name ends. */
+static const char *const archive_modules[] = { "module.bin", "module.tgm_controller",
+                                               "module.tgz_motion", "module" };
+enum { ARCHIVE_MODULES = sizeof archive_modules / sizeof archive_modules[0] };
+
+/* What it is called for a module of that path; NULL: none. */
 static inline const char *archive_module_name(const char *path)
 {
-    static const char *const names[] = { "module.bin", "module.tgm_controller",
-                                         "module.tgz_motion" };
-    const size_t stem = strlen("module"), length = path != NULL ? strlen(path) : 0;
-    for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
-        const char *ending = names[i] + stem;
+    const size_t length = path != NULL ? strlen(path) : 0;
+    for (size_t i = 0; i + 1 < ARCHIVE_MODULES; i++) {
+        const char *ending = archive_modules[i] + strlen("module");
         if (length > strlen(ending) && strcmp(path + length - strlen(ending), ending) == 0)
-            return names[i];
+            return archive_modules[i];
     }
-    return "module";
+    return archive_modules[ARCHIVE_MODULES - 1];
 }
 
 /* Of the file names in it. */
@@ -29,5 +33,8 @@ static inline void archive_scenario_name(size_t index, const char *ending, char 
 {
     snprintf(name, 64, "scenario-%zu.%s", index + 1, ending);
 }
+
+/* A whole file of the folder, with a zero behind it; to be freed. NULL with the reason. */
+char *archive_read(const char *folder, const char *name, size_t *size, char why[CHECK_WHY]);
 
 #endif

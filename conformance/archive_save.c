@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 #include "conformance/archive_parts.h"
 
+#include <dirent.h>
 #include <errno.h>
 #include <inttypes.h>
 #include <jansson.h>
@@ -9,6 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include "host/evidence_file.h"
 
@@ -39,11 +41,19 @@ static void hash_of(const void *bytes, size_t size, char hash[ARCHIVE_HASH])
     sodium_bin2hex(hash, ARCHIVE_HASH, digest, sizeof digest);
 }
 
+static int in_folder(const struct saver *saver, const char *name, char path[ARCHIVE_PATH])
+{
+    return (size_t)snprintf(path, ARCHIVE_PATH, "%s/%s", saver->folder, name) < ARCHIVE_PATH
+               ? 0
+               : failed(saver, name, -ENAMETOOLONG);
+}
+
 static int write_file(const struct saver *saver, const char *name, const void *bytes, size_t size)
 {
     char path[ARCHIVE_PATH];
-    if ((size_t)snprintf(path, sizeof path, "%s/%s", saver->folder, name) >= sizeof path)
-        return failed(saver, name, -ENAMETOOLONG);
+    const int r = in_folder(saver, name, path);
+    if (r != 0)
+        return r;
     FILE *file = fopen(path, "wb");
     if (file == NULL)
         return failed(saver, name, -errno);
@@ -78,14 +88,16 @@ static int add_result(const struct saver *saver, const char *name,
 }
 
 /* What rules ask of the experiment itself. */
-static json_t *conditions(const char *key, const struct experiment *experiment)
+static json_t *conditions(const char *key, const struct experiment *experiment,
+                          const struct evidence *evidence)
 {
     const struct host_config *host = &experiment->host;
-    return json_pack("{s:s, s:s, s:i, s:I, s:i, s:[i,i,i]}", "key", key, "name", experiment->name,
-                     "cycle_us", (int)host->cycle_us, "cycles", (json_int_t)experiment->cycles,
-                     "data_bytes", (int)host->data_bytes, "periods_us",
-                     (int)host->program_period_us[0], (int)host->program_period_us[1],
-                     (int)host->program_period_us[2]);
+    return json_pack("{s:s, s:s, s:s, s:i, s:I, s:i, s:[i,i,i]}", "key", key, "name",
+                     experiment->name, "machine",
+                     evidence->instrumented ? "instrumented" : "native", "cycle_us",
+                     (int)host->cycle_us, "cycles", (json_int_t)experiment->cycles, "data_bytes",
+                     (int)host->data_bytes, "periods_us", (int)host->program_period_us[0],
+                     (int)host->program_period_us[1], (int)host->program_period_us[2]);
 }
 
 static int save_experiments(const struct saver *saver, const struct check *check, json_t *manifest)
@@ -101,7 +113,8 @@ static int save_experiments(const struct saver *saver, const struct check *check
             continue;
         snprintf(name, sizeof name, "%s.evidence", run->plan.row.name);
         r = add_result(saver, name, &run->result);
-        if (json_array_append_new(ran, conditions(run->plan.row.name, &run->plan.experiment)) != 0)
+        if (json_array_append_new(ran, conditions(run->plan.row.name, &run->plan.experiment,
+                                                  &run->result.evidence)) != 0)
             r = no_text(saver, run->plan.row.name);
     }
     json_object_set_new(manifest, "experiments", ran);
@@ -125,8 +138,8 @@ static int save_scenarios(const struct saver *saver, const struct check *check,
         archive_scenario_name(i, "evidence", name);
         if (r == 0)
             r = add_result(saver, name, &played->result);
-        if (r == 0 &&
-            json_array_append_new(list, conditions(played->name, &played->experiment)) != 0)
+        if (r == 0 && json_array_append_new(list, conditions(played->name, &played->experiment,
+                                                             &played->result.evidence)) != 0)
             r = no_text(saver, played->name);
     }
     json_object_set_new(manifest, "scenarios", list);
@@ -167,6 +180,7 @@ static json_t *describe(const struct check *check, const struct check_options *o
     json_object_set_new(manifest, "cycles", json_integer((json_int_t)options->cycles));
     json_object_set_new(manifest, "rules", optional(options->rules));
     json_object_set_new(manifest, "strict", json_boolean(options->strict));
+    json_object_set_new(manifest, "instrumented", json_boolean(options->instrumented));
     json_object_set_new(manifest, "config", optional(options->around_path));
     json_object_set_new(manifest, "today", json_string(check->today));
     json_object_set_new(manifest, "waivers", waivers_of(options->waivers));
@@ -174,15 +188,71 @@ static json_t *describe(const struct check *check, const struct check_options *o
     return manifest;
 }
 
-/* A folder that is somebody else's is left alone. */
-static int make_folder(const struct saver *saver)
+/* Whether the manifest there is one of ours. */
+static bool is_archive(const struct saver *saver)
 {
-    if (mkdir(saver->folder, 0777) == 0 || errno == EEXIST)
+    char path[ARCHIVE_PATH];
+    if (in_folder(saver, ARCHIVE_MANIFEST, path) != 0)
+        return false;
+    json_t *manifest = json_load_file(path, JSON_REJECT_DUPLICATES, NULL);
+    const char *form = json_string_value(json_object_get(manifest, "form"));
+    const bool ours = form != NULL && strcmp(form, ARCHIVE_FORM) == 0;
+    json_decref(manifest);
+    return ours;
+}
+
+/* 1: nothing is in it, 0: something is, or negative errno. */
+static int is_empty(const char *folder)
+{
+    DIR *stream = opendir(folder);
+    int entries = 0;
+    if (stream == NULL)
+        return -errno;
+    while (readdir(stream) != NULL)
+        entries++;
+    closedir(stream);
+    return entries <= 2; /* itself and the one above */
+}
+
+int archive_prepare(const char *folder, char why[CHECK_WHY])
+{
+    const struct saver saver = { .folder = folder, .why = why };
+    if (mkdir(folder, 0777) == 0)
         return 0;
-    const int error = -errno;
-    snprintf(saver->why, CHECK_WHY, "cannot make the folder '%s': %s", saver->folder,
-             strerror(-error));
+    const int empty = errno == EEXIST ? is_empty(folder) : -errno;
+    const int error = empty < 0                           ? empty
+                      : access(folder, W_OK | X_OK) != 0  ? -errno
+                      : empty == 0 && !is_archive(&saver) ? -ENOTEMPTY
+                                                          : 0;
+    if (error == -ENOTEMPTY)
+        snprintf(why, CHECK_WHY,
+                 "'%s' is not empty, and no evidence of tgm; name another folder for it", folder);
+    else if (error != 0)
+        snprintf(why, CHECK_WHY, "cannot make the folder '%s': %s", folder, strerror(-error));
     return error;
+}
+
+/* What an older archive had and this one may not have: whoever looks into the folder should find
+ * nothing that is not in the manifest. The manifest goes first, what is left is no archive. */
+static void remove_older(const struct saver *saver, const struct check *check)
+{
+    char name[128], path[ARCHIVE_PATH];
+    static const char *const endings[] = { "scenario", "evidence" };
+    if (in_folder(saver, ARCHIVE_MANIFEST, path) != 0 || unlink(path) != 0)
+        return;
+    for (size_t i = 0; i < ARCHIVE_MODULES; i++)
+        if (in_folder(saver, archive_modules[i], path) == 0)
+            unlink(path);
+    for (int id = 0; id < EXPERIMENT_COUNT; id++) {
+        snprintf(name, sizeof name, "%s.evidence", check->runs[id].plan.row.name);
+        if (in_folder(saver, name, path) == 0)
+            unlink(path);
+    }
+    for (size_t i = 0; i < 2 * ARCHIVE_SCENARIOS; i++) {
+        archive_scenario_name(i / 2, endings[i % 2], name);
+        if (in_folder(saver, name, path) == 0)
+            unlink(path);
+    }
 }
 
 int archive_save(const struct check *check, const struct check_options *options, const char *folder,
@@ -191,8 +261,10 @@ int archive_save(const struct check *check, const struct check_options *options,
     struct saver saver = { .folder = folder, .why = why, .files = json_object() };
     json_t *manifest = describe(check, options);
     char *text = NULL;
-    int r = json_is_string(json_object_get(manifest, "module")) ? make_folder(&saver)
+    int r = json_is_string(json_object_get(manifest, "module")) ? archive_prepare(folder, why)
                                                                 : no_text(&saver, options->path);
+    if (r == 0)
+        remove_older(&saver, check);
     if (r == 0)
         r = add_file(&saver, archive_module_name(options->path), check->image->bytes,
                      check->image->size);

@@ -95,20 +95,11 @@ void case_complete(const struct case_file *file, enum experiment_id id, struct f
                            experiment->name);
 }
 
-/* A run that `tgm run` repeats: nothing about it is out of the ordinary. */
-static bool is_plain(const struct experiment *e)
-{
-    return e->host.mutation.kind == MUTATION_NONE && e->poison == MACHINE_POISON_NONE &&
-           e->places == 0 && !e->instrumented && e->host.counters == 0 && !e->host.kept_module &&
-           e->host.preempt.mode == PREEMPT_NONE && e->host.faults == NULL &&
-           e->host.data_bytes == 0 && e->host.scenario == NULL;
-}
-
 void finding_stamp(struct finding *finding, const struct experiment *experiment, enum entry entry,
                    uint64_t cycle)
 {
     finding->function = entry_name(entry);
-    if (is_plain(experiment))
+    if (experiment->plain)
         finding->plain_us = experiment->host.cycle_us;
     if (cycle == EVIDENCE_NO_CYCLE)
         return;

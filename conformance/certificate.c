@@ -57,7 +57,8 @@ bool certificate_fill(struct certificate *certificate, const struct report *repo
         return refuse(why, report->verdict == VERDICT_FAIL
                                ? "the module does not conform; nothing was signed"
                                : "not everything could be judged; nothing was signed");
-    if (report->waiver_count > 0 || report->selection != NULL || report->cycles != 0)
+    if (report->waiver_count > 0 || report->selection != NULL || report->config != NULL ||
+        report->cycles != 0)
         return refuse(why, "only the whole profile, without waivers, is signed for");
     if (report->rule_book == NULL || report->evidence == NULL)
         return refuse(why, "the evidence was not saved; nothing was signed");

@@ -20,6 +20,7 @@ static int choose_rules(struct check *check, const struct check_options *options
 {
     size_t all = 0;
     bool without_scenario = false;
+    char idle[RULE_PATTERN];
     while (rule_at(all) != NULL)
         all++;
     check->rules = calloc(all, sizeof *check->rules);
@@ -38,13 +39,16 @@ static int choose_rules(struct check *check, const struct check_options *options
             if (!without_scenario)
                 check->chosen[check->report.rule_count++] = rule_at(i);
         }
+    if (rule_pattern_idle(options->rules, idle)) {
+        snprintf(why, CHECK_WHY, "no rule matches '%s'; `tgm rules` lists them", idle);
+        return -EINVAL;
+    }
     if (check->report.rule_count == 0) {
         if (without_scenario)
             snprintf(why, CHECK_WHY, "the rule that matches '%s' needs --scenario FILE",
                      options->rules);
         else
-            snprintf(why, CHECK_WHY, "no rule matches '%s'; `tgm rules` lists them",
-                     options->rules);
+            snprintf(why, CHECK_WHY, "'%s' leaves no rule to judge by", options->rules);
         return -EINVAL;
     }
     return 0;
@@ -93,6 +97,8 @@ static void fill_report(struct check *check, const struct check_options *options
     report->seed = options->seed;
     report->selection = options->rules;
     report->strict = options->strict;
+    report->instrumented = options->instrumented;
+    report->config = options->around_path;
     report->cycles = options->cycles;
     report->rules = check->rules;
     report->groups = check->groups;
@@ -183,6 +189,9 @@ static int run_and_judge(struct check *check, const struct check_options *option
 {
     uint64_t wanted;
     int r = prepare(check, options, &wanted, why);
+    /* Rather now than when everything has been run. */
+    if (r == 0 && options->evidence != NULL)
+        r = archive_prepare(options->evidence, why);
     if (r == 0)
         r = check_run_experiments(check, options, wanted, why);
     if (r == 0 && (wanted & ON_SCENARIOS) != 0)
@@ -219,6 +228,7 @@ static int judge_archive(struct check *check, const char *folder,
     int r = archive_open(&check->archive, folder, why);
     if (r != 0)
         return r;
+    check->sparing = changes->sparing;
     struct check_options options = *archive_options(check->archive);
     if (changes->rules != NULL)
         options.rules = changes->rules;
@@ -229,7 +239,7 @@ static int judge_archive(struct check *check, const char *folder,
     }
     r = prepare(check, &options, &wanted, why);
     if (r == 0)
-        r = archive_fill(check->archive, check, why);
+        r = archive_fill(check->archive, check, changes->sparing ? wanted : UINT64_MAX, why);
     if (r != 0)
         return r;
     if (check->cannot_run[0] == '\0')

@@ -72,6 +72,7 @@ struct check_changes {
     const char *rules;
     bool strict;
     const struct waivers *waivers; /* judged as of today */
+    bool sparing; /* what the rules need is read and told, and nothing else of the report */
 };
 
 /* From saved evidence, with nothing run: the same report but for times. 0, or negative errno with a
@@ -84,5 +85,8 @@ const struct report *check_report(const struct check *check);
 /* Layers of the sandbox (enum worker_layer) that some experiment had to do without. */
 unsigned check_lacks(const struct check *check);
 void check_free(struct check *check);
+
+/* Of the wall clock, to tell how long something took. */
+double check_seconds(void);
 
 #endif

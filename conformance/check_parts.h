@@ -26,10 +26,8 @@ struct check {
     char title[96];
     char rule_book[RULE_BOOK_HASH];
     char cannot_run[FINDING_TEXT];
+    bool sparing; /* the rules and the verdict are wanted, nothing else of the report */
 };
-
-/* Of the wall clock, to tell how long something took. */
-double check_seconds(void);
 
 /*
  * runs.c: runs each experiment of the set that is for this product, several at a time; the results
@@ -43,8 +41,8 @@ int check_run_scenarios(struct check *check, const struct check_options *options
 /* judge.c: findings, outcomes and verdict from what was run. 0 or -ENOMEM. */
 int check_judge(struct check *check, const struct check_options *options);
 
-/* again.c: the line that shows a finding again, if there is one. */
-void check_add_reproduction(const struct check_options *options, const struct rule *rule,
-                            struct finding *finding);
+/* again.c: the line that shows a finding again, and the one for gdb, if there is one. */
+void check_add_reproduction(const struct check_options *options, const struct image *image,
+                            const struct rule *rule, struct finding *finding);
 
 #endif

@@ -157,7 +157,8 @@ int chronicle_timeline(struct timeline_report *timeline, const struct experiment
                  experiment->host.cycle_us, evidence->cycles_done,
                  evidence->instrumented ? ", instrumented" : "");
     else
-        snprintf(timeline->about, sizeof timeline->about, "Program_Ini alone");
+        snprintf(timeline->about, sizeof timeline->about, "Program_Ini alone%s",
+                 evidence->instrumented ? ", instrumented" : "");
     timeline->seconds = (double)evidence->time_ns * 1e-9;
     tell_states(&teller, result);
     tell_messages(&teller);

@@ -76,12 +76,17 @@ void incident_describe(const struct evidence_incident *incident, char text[FINDI
     const char *name = entry_name(incident->entry);
     switch (incident->kind) {
     case MACHINE_SYSCALL:
-        machine_system_call_name(fault->syscall, fault->syscall_i386, name_of_call);
+        machine_system_call_name(fault, name_of_call);
         snprintf(what, sizeof what, "called the operating system: %s (%ssystem call %ld)",
-                 name_of_call, fault->syscall_i386 ? "32-bit " : "", fault->syscall);
+                 name_of_call,
+                 fault->syscall_arm    ? "Arm "
+                 : fault->syscall_i386 ? "32-bit "
+                                       : "",
+                 fault->syscall);
         break;
     case MACHINE_HANG:
-        snprintf(what, sizeof what, "did not return within a second");
+        snprintf(what, sizeof what, "did not return within a second%s",
+                 strcmp(incident->service, "pSleepFt") == 0 ? ", all of which it slept" : "");
         break;
     case MACHINE_FAULT:
         describe_fault(fault, what, sizeof what);
@@ -90,6 +95,7 @@ void incident_describe(const struct evidence_incident *incident, char text[FINDI
         snprintf(what, sizeof what, "executed an instruction that the emulated CPU lacks");
         break;
     case MACHINE_RETURNED:
+    case MACHINE_ASIDE:
         snprintf(what, sizeof what, "returned");
         break;
     }
@@ -104,6 +110,9 @@ void incident_place(const struct evidence_incident *incident, struct finding *fi
                     const struct case_file *file)
 {
     const struct machine_fault *fault = &incident->fault;
+    finding->stops = incident->kind == MACHINE_FAULT;
+    if (incident->kind == MACHINE_SYSCALL)
+        finding->plain_us = 0; /* in one process nothing would keep it from the system */
     /* A return address is behind the call, and may be on the next line. */
     if (fault->has_pc)
         finding_place(finding, file, fault->in_module ? fault->pc : fault->pc - 1);

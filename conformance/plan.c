@@ -50,6 +50,14 @@ static uint32_t digest_cycles(const struct experiment *experiment)
     return (uint32_t)(most < experiment->cycles ? most : experiment->cycles);
 }
 
+/* Under a configuration as well, which `tgm run` takes, too. */
+static bool is_plain(const struct experiment_row *row, const struct experiment *e)
+{
+    return row->mutation.kind == MUTATION_NONE && row->poison == MACHINE_POISON_NONE &&
+           row->places == 0 && !e->instrumented && row->counters == 0 && row->restart_ms == 0 &&
+           row->preempt.mode == PREEMPT_NONE && row->faults == NULL && row->data_bytes == 0;
+}
+
 static void plan_one(const struct check_options *options, const struct product *product, int id,
                      struct planned *planned)
 {
@@ -86,6 +94,7 @@ static void plan_one(const struct check_options *options, const struct product *
         e->host.faults_name = row->name;
     }
     e->cycles = cycles_of(options, row, e->host.cycle_us);
+    e->plain = is_plain(row, e);
     if (row->digest)
         e->host.digest_cycles = digest_cycles(e);
 }

@@ -33,22 +33,53 @@ const char *rule_group_name(enum rule_group group)
     return group_names[group];
 }
 
+/* One of several. */
+struct pattern {
+    char text[RULE_PATTERN];
+    bool without;
+};
+
+/* *at: what is left, NULL at the end. What is too long fits no rule. */
+static bool next_pattern(const char **at, struct pattern *pattern)
+{
+    if (*at == NULL)
+        return false;
+    const size_t length = strcspn(*at, ",");
+    pattern->without = **at == '!';
+    const size_t size = length - pattern->without;
+    snprintf(pattern->text, sizeof pattern->text, "%.*s", size < RULE_PATTERN ? (int)size : 0,
+             *at + pattern->without);
+    *at = (*at)[length] == ',' ? *at + length + 1 : NULL;
+    return true;
+}
+
 bool rule_selected(const char *patterns, const char *id)
 {
     bool fits = false, any = false;
-    for (const char *at = patterns; at != NULL && *at != '\0';) {
-        char pattern[128];
-        const size_t length = strcspn(at, ",");
-        const bool without = *at == '!';
-        snprintf(pattern, sizeof pattern, "%.*s", (int)(length - without), at + without);
-        const bool match = fnmatch(pattern, id, 0) == 0;
-        if (without && match)
+    struct pattern pattern;
+    for (const char *at = patterns; next_pattern(&at, &pattern);) {
+        const bool match = fnmatch(pattern.text, id, 0) == 0;
+        if (pattern.without && match)
             return false;
-        any = any || !without;
-        fits = fits || (!without && match);
-        at += length + (at[length] == ',');
+        any = any || !pattern.without;
+        fits = fits || (!pattern.without && match);
     }
     return fits || !any;
+}
+
+bool rule_pattern_idle(const char *patterns, char idle[RULE_PATTERN])
+{
+    struct pattern pattern;
+    for (const char *at = patterns; next_pattern(&at, &pattern);) {
+        size_t i = 0;
+        while (rule_at(i) != NULL && fnmatch(pattern.text, rule_at(i)->id, 0) != 0)
+            i++;
+        if (rule_at(i) != NULL)
+            continue;
+        snprintf(idle, RULE_PATTERN, "%s", pattern.text);
+        return true;
+    }
+    return false;
 }
 
 const char *rule_section(const struct rule *rule, size_t *length)

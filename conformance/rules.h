@@ -129,6 +129,10 @@ const char *rule_section(const struct rule *rule, size_t *length);
  * fits (or all only take away), and none of those that do. NULL: every rule is.
  */
 bool rule_selected(const char *patterns, const char *id);
+/* Some pattern, to be had in idle, fits no rule at all: a slip of the pen, which would leave out or
+ * let in what nobody meant to. */
+#define RULE_PATTERN 128
+bool rule_pattern_idle(const char *patterns, char idle[RULE_PATTERN]);
 
 /*
  * findings.c. The text is cut at FINDING_TEXT; control characters in it (names in a hostile file)

@@ -75,24 +75,27 @@ static void report_end(const struct case_file *file, enum experiment_id id,
         finding_stamp(finding, case_experiment(file, id), evidence->entry, evidence->cycle);
 }
 
+static void judge_run(const struct case_file *file, enum experiment_id id,
+                      enum incident_class class, struct findings *findings)
+{
+    const struct evidence *evidence = &file->runs[id].result.evidence;
+    for (unsigned i = 0; i < evidence->incident_count; i++)
+        if (class_of(file->image, &evidence->incidents[i]) == class)
+            report_incident(file, id, &evidence->incidents[i], findings);
+    report_end(file, id, class, findings);
+    case_complete(file, id, findings);
+}
+
 static void judge(const struct case_file *file, enum incident_class class,
                   struct findings *findings)
 {
     for (int id = 0; id < EXPERIMENT_COUNT; id++) {
         if (!experiment_in(ON_GOOD_RUNS, id) || file->runs[id].plan.inapplicable)
             continue;
-        if (!file->runs[id].ran) {
+        if (!file->runs[id].ran)
             finding_not_judged(findings, "%s", file->cannot_run);
-            continue;
-        }
-        if (case_unsupported(file, (enum experiment_id)id, findings))
-            continue;
-        const struct evidence *evidence = &file->runs[id].result.evidence;
-        for (unsigned i = 0; i < evidence->incident_count; i++)
-            if (class_of(file->image, &evidence->incidents[i]) == class)
-                report_incident(file, (enum experiment_id)id, &evidence->incidents[i], findings);
-        report_end(file, (enum experiment_id)id, class, findings);
-        case_complete(file, (enum experiment_id)id, findings);
+        else if (!case_unsupported(file, (enum experiment_id)id, findings))
+            judge_run(file, (enum experiment_id)id, class, findings);
     }
 }
 
@@ -137,6 +140,5 @@ void check_no_code_write(const struct case_file *file, struct findings *findings
 {
     judge(file, CLASS_CODE, findings);
     for (int id = 0; id < EXPERIMENT_COUNT && findings->count == 0; id++)
-        if (experiment_in(ON_TRACED, id) && file->runs[id].ran)
-            report_code_writes(file, (enum experiment_id)id, findings);
+        report_code_writes(file, (enum experiment_id)id, findings);
 }

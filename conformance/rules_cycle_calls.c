@@ -69,59 +69,55 @@ void check_no_sleep(const struct case_file *file, struct findings *findings)
 
 /* --- calling convention ---------------------------------------------------------------------- */
 
-/* Of each bit of enum machine_abi, what it is on that processor. */
-struct part {
-    unsigned bit;
-    const char *name;
+/* By bit of enum machine_abi. */
+static const char *const parts_x86_64[] = {
+    "rbx",
+    "rbp",
+    "r12",
+    "r13",
+    "r14",
+    "r15",
+    "the stack pointer",
+    "the direction flag",
+    "the trap, nested-task or alignment-check flag",
+    "MXCSR (SSE rounding, masks or flush to zero)",
+    "the x87 control word",
+    "the x87 registers (left in use)",
+    "the base of fs",
+    "rdi",
+    "rsi",
+    "xmm6 to xmm15",
+    "the base of gs",
 };
+static const char *const parts_i386[] = {
+    "ebx",
+    "ebp",
+    "",
+    "",
+    "",
+    "",
+    "the stack pointer",
+    "the direction flag",
+    "the trap, nested-task or alignment-check flag",
+    "MXCSR (SSE rounding, masks or flush to zero)",
+    "the x87 control word",
+    "the x87 registers (left in use)",
+    "the base of fs",
+    "edi",
+    "esi",
+    "",
+    "the base of gs",
+};
+static const char *const parts_arm[] = {
+    "r4",    "r5", "r6", "r7", "r8 or r9", "r10 or r11", "the stack pointer", "", "",
+    "FPSCR", "",   "",   "",   "",         "",           "d8 to d15",         "",
+};
+_Static_assert(sizeof parts_x86_64 / sizeof *parts_x86_64 == MACHINE_ABI_BITS &&
+                   sizeof parts_i386 / sizeof *parts_i386 == MACHINE_ABI_BITS &&
+                   sizeof parts_arm / sizeof *parts_arm == MACHINE_ABI_BITS,
+               "each bit has a name");
 
-#define MXCSR_PARTS "MXCSR (SSE rounding, masks or flush to zero)"
-#define FLAG_PARTS  "the trap, nested-task or alignment-check flag"
-
-static const struct part parts_x86_64[] = {
-    { MACHINE_ABI_RBX, "rbx" },
-    { MACHINE_ABI_RBP, "rbp" },
-    { MACHINE_ABI_R12, "r12" },
-    { MACHINE_ABI_R13, "r13" },
-    { MACHINE_ABI_R14, "r14" },
-    { MACHINE_ABI_R15, "r15" },
-    { MACHINE_ABI_RDI, "rdi" },
-    { MACHINE_ABI_RSI, "rsi" },
-    { MACHINE_ABI_XMM, "xmm6 to xmm15" },
-    { MACHINE_ABI_STACK, "the stack pointer" },
-    { MACHINE_ABI_DIRECTION, "the direction flag" },
-    { MACHINE_ABI_FLAGS, FLAG_PARTS },
-    { MACHINE_ABI_MXCSR, MXCSR_PARTS },
-    { MACHINE_ABI_X87_CONTROL, "the x87 control word" },
-    { MACHINE_ABI_X87_STACK, "the x87 registers (left in use)" },
-    { MACHINE_ABI_FS, "the base of fs" },
-    { MACHINE_ABI_GS, "the base of gs" },
-    { 0, NULL },
-};
-static const struct part parts_i386[] = {
-    { MACHINE_ABI_RBX, "ebx" },
-    { MACHINE_ABI_RBP, "ebp" },
-    { MACHINE_ABI_RDI, "edi" },
-    { MACHINE_ABI_RSI, "esi" },
-    { MACHINE_ABI_STACK, "the stack pointer" },
-    { MACHINE_ABI_DIRECTION, "the direction flag" },
-    { MACHINE_ABI_FLAGS, FLAG_PARTS },
-    { MACHINE_ABI_MXCSR, MXCSR_PARTS },
-    { MACHINE_ABI_X87_CONTROL, "the x87 control word" },
-    { MACHINE_ABI_X87_STACK, "the x87 registers (left in use)" },
-    { MACHINE_ABI_FS, "the base of fs" },
-    { MACHINE_ABI_GS, "the base of gs" },
-    { 0, NULL },
-};
-static const struct part parts_arm[] = {
-    { MACHINE_ABI_RBX, "r4" },        { MACHINE_ABI_RBP, "r5" },
-    { MACHINE_ABI_R12, "r6" },        { MACHINE_ABI_R13, "r7" },
-    { MACHINE_ABI_R14, "r8 or r9" },  { MACHINE_ABI_R15, "r10 or r11" },
-    { MACHINE_ABI_XMM, "d8 to d15" }, { MACHINE_ABI_STACK, "the stack pointer" },
-    { MACHINE_ABI_MXCSR, "FPSCR" },   { 0, NULL },
-};
-
-static const struct part *parts_of(const struct image *image)
+static const char *const *parts_of(const struct image *image)
 {
     switch (image->target) {
     case IMAGE_TARGET_I386:
@@ -133,13 +129,13 @@ static const struct part *parts_of(const struct image *image)
     }
 }
 
-static void list_parts(const struct part *parts, unsigned bits, char *text, size_t size)
+static void list_parts(const char *const *names, unsigned bits, char *text, size_t size)
 {
     size_t at = 0;
     text[0] = '\0';
-    for (; parts->name != NULL && at < size; parts++)
-        if ((bits & parts->bit) != 0)
-            at += (size_t)snprintf(text + at, size - at, "%s%s", at > 0 ? ", " : "", parts->name);
+    for (unsigned bit = 0; bit < MACHINE_ABI_BITS && at < size; bit++)
+        if (bits >> bit & 1)
+            at += (size_t)snprintf(text + at, size - at, "%s%s", at > 0 ? ", " : "", names[bit]);
 }
 
 static void judge_convention(const struct cycle_run *run)

@@ -33,12 +33,35 @@ static bool pair_up(const struct case_file *file, enum experiment_id usual,
     return pair->a != NULL && pair->b != NULL;
 }
 
+/* The call of Program_Ini that did not return; NULL: all did. */
+static const struct evidence_incident *failed_start(const struct evidence *evidence)
+{
+    for (unsigned i = 0; i < evidence->incident_count; i++)
+        if (evidence->incidents[i].entry == ENTRY_INI)
+            return &evidence->incidents[i];
+    return NULL;
+}
+
+/* "returned 1", or what it did instead. */
+static void tell_start(const struct evidence *evidence, char text[FINDING_TEXT])
+{
+    const struct evidence_incident *incident = failed_start(evidence);
+    const char *name = entry_name(ENTRY_INI);
+    if (incident == NULL) {
+        snprintf(text, FINDING_TEXT, "returned %d", (int)evidence->calls[ENTRY_INI].last_value);
+        return;
+    }
+    incident_describe(incident, text);
+    if (strncmp(text, name, strlen(name)) == 0)
+        memmove(text, text + strlen(name) + 1, strlen(text + strlen(name)));
+}
+
 /* The cycles have registers for a different end of the module to be seen in; what ended before them
  * is told here. */
 static bool same_fate(const struct pair *pair, const char *when, struct findings *findings)
 {
     const struct evidence *a = pair->a, *b = pair->b;
-    char text[FINDING_TEXT];
+    char text[FINDING_TEXT], otherwise[FINDING_TEXT];
     const bool more_incidents = b->incident_count > 0 && a->incident_count == 0;
     if (more_incidents) {
         const struct evidence_incident *incident = &b->incidents[0];
@@ -49,22 +72,33 @@ static bool same_fate(const struct pair *pair, const char *when, struct findings
         incident_place(incident, finding, pair->file);
         return false;
     }
-    if (a->calls[ENTRY_INI].last_value == b->calls[ENTRY_INI].last_value)
+    const struct evidence_incident *failed = failed_start(a);
+    if ((failed == NULL) == (failed_start(b) == NULL) &&
+        (failed != NULL || a->calls[ENTRY_INI].last_value == b->calls[ENTRY_INI].last_value))
         return true;
+    tell_start(b, text);
+    tell_start(a, otherwise);
     struct finding *finding =
-        finding_add(findings, "%s: Program_Ini returned %d, otherwise %d", when,
-                    (int)b->calls[ENTRY_INI].last_value, (int)a->calls[ENTRY_INI].last_value);
+        finding_add(findings, "%s: Program_Ini %.200s, otherwise it %.200s", when, text, otherwise);
     finding->function = entry_name(ENTRY_INI);
+    if (failed != NULL)
+        incident_place(failed, finding, pair->file);
     return false;
+}
+
+/* What memories hold in the end can be compared of runs of the same length only. */
+static bool differ(const struct pair *pair, struct digest_difference *difference)
+{
+    return digest_differ(catalogue_of(pair->file), &pair->a->digest, &pair->b->digest,
+                         difference) &&
+           (difference->early || pair->a->cycles_done == pair->b->cycles_done);
 }
 
 /* Registers and TGM_Data hold the same in every cycle that both have. */
 static void expect_same(const struct pair *pair, const char *when, struct findings *findings)
 {
     struct digest_difference difference;
-    if (!same_fate(pair, when, findings) ||
-        !digest_differ(catalogue_of(pair->file), &pair->a->digest, &pair->b->digest, &difference) ||
-        (!difference.early && pair->a->cycles_done != pair->b->cycles_done))
+    if (!same_fate(pair, when, findings) || !differ(pair, &difference))
         return;
     struct finding *finding = finding_add(findings, "%s: %s is not what it is otherwise", when,
                                           difference.name[0] != '\0'     ? difference.name
@@ -73,6 +107,7 @@ static void expect_same(const struct pair *pair, const char *when, struct findin
     if (!difference.early)
         return;
     finding_stamp(finding, case_experiment(pair->file, pair->other), ENTRY_04, difference.cycle);
+    finding->cycles_needed = difference.cycle + 2; /* it is seen when the next one begins */
     finding->function = NULL;
 }
 
@@ -122,8 +157,7 @@ static bool repeats(const struct case_file *file, struct findings *findings)
     struct digest_difference difference;
     if (!pair_up(file, EXPERIMENT_CYCLE_500, EXPERIMENT_REPEATED, &pair, findings))
         return false;
-    if (!digest_differ(catalogue_of(file), &pair.a->digest, &pair.b->digest, &difference) ||
-        (!difference.early && pair.a->cycles_done != pair.b->cycles_done))
+    if (!differ(&pair, &difference))
         return true;
     finding_not_judged(findings, "not even two equal runs do the same (rule deterministic)");
     return false;
@@ -234,9 +268,12 @@ void check_restart(const struct case_file *file, struct findings *findings)
         return;
     }
     const int32_t value = evidence->calls[ENTRY_INI].last_value;
-    if (usual->calls[ENTRY_INI].last_value != 1 || usual->incident_count > 0)
+    if (usual->calls[ENTRY_INI].last_value != 1)
         finding_not_judged(findings, "the module does not start at all (rule ini-returns-one)");
-    else if (evidence->loads == 0)
+    else if (usual->incident_count > 0) {
+        incident_describe(&usual->incidents[0], text);
+        finding_not_judged(findings, "even without being run again: %s", text);
+    } else if (evidence->loads == 0)
         finding_not_judged(findings, "the PLC was not run again");
     else if (value != 1) {
         struct finding *finding =

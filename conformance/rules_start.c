@@ -6,18 +6,13 @@
 
 #include "conformance/rules.h"
 
-/* Program_Ini returned and had looked at nothing: neither at what it was given nor through it. As
- * far as it is known: from the run in which every access is seen. */
+/* Program_Ini returned and had looked at nothing that it was given, which is the only way to
+ * everything else. As far as it is known: from the run in which every access is seen. */
 static bool is_empty(const struct case_file *file)
 {
-    const struct case_run *run = &file->runs[EXPERIMENT_TRACED_500];
-    const struct audit_record *record = &run->result.evidence.audit;
-    bool looked = !run->ran || !record->traced ||
-                  run->result.evidence.calls[ENTRY_INI].count == 0 ||
-                  record->functions[ENTRY_INI].looked > 0;
-    for (uint32_t i = 0; run->ran && i < record->access_count; i++)
-        looked = looked || record->accesses[i].entry == ENTRY_INI;
-    return !looked;
+    const struct evidence *evidence = &file->runs[EXPERIMENT_TRACED_500].result.evidence;
+    return evidence->audit.traced && evidence->calls[ENTRY_INI].count > 0 &&
+           evidence->audit.functions[ENTRY_INI].looked == 0;
 }
 
 /* Adds a finding when Program_Ini did not return `wanted` in the experiment; `where` says under
@@ -62,9 +57,9 @@ static void expect_result(const struct case_file *file, enum experiment_id id, i
 
 void check_ini_body(const struct case_file *file, struct findings *findings)
 {
-    const struct case_run *run = &file->runs[EXPERIMENT_TRACED_500];
+    const struct evidence *evidence = &file->runs[EXPERIMENT_TRACED_500].result.evidence;
     /* What became of the other functions does not matter. */
-    const bool seen = run->ran && run->result.evidence.audit.functions[ENTRY_INI].calls > 0;
+    const bool seen = evidence->audit.functions[ENTRY_INI].calls > 0;
     if (!seen && case_evidence(file, EXPERIMENT_TRACED_500, findings) != NULL)
         finding_not_judged(findings, "no call of Program_Ini was seen to its end");
     if (!seen || !is_empty(file))
@@ -154,7 +149,7 @@ static bool has_number(const char *text, uint64_t number)
 {
     char digits[24];
     const int length = snprintf(digits, sizeof digits, "%" PRIu64, number);
-    for (const char *at = strstr(text, digits); at != NULL; at = strstr(at + 1, digits)) {
+    for (const char *at = strstr(text, digits); at != NULL; at = strstr(at + length, digits)) {
         const bool before = at > text && at[-1] >= '0' && at[-1] <= '9';
         const bool after = at[length] >= '0' && at[length] <= '9';
         if (!before && !after)

@@ -8,11 +8,14 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "conformance/check.h"
+#include "conformance/expected.h"
 
 #define JOBS_MOST 64
+#define TEXT_MOST ((size_t)256 << 10) /* of a file `expected` */
 
 /* Enough for what every fixture does, short enough for all of them. */
 enum { CYCLES = 60, SEED = 1 };
@@ -21,6 +24,7 @@ struct pool {
     const struct selftest_options *options;
     struct selftest *test;
     atomic_size_t next;
+    atomic_bool over;
 };
 
 static bool ends_with(const char *text, const char *end)
@@ -68,19 +72,39 @@ static int find_fixtures(struct selftest *test, const struct rule *rule, const c
     return r;
 }
 
-/* The rule's machine.scenario, if it has one. False when it cannot be read. */
-static bool read_scenario(const struct pool *pool, struct selftest_fixture *fixture,
-                          char path[1024], struct scenario **scenario)
+/* The rule's machine.scenario, if it has one. */
+struct played {
+    struct scenario *scenario; /* NULL: it has none */
+    char path[1024], text[4096];
+};
+
+/* False when it cannot be read. */
+static bool read_scenario(const struct pool *pool, const struct selftest_fixture *fixture,
+                          struct played *played, char why[SCENARIO_WHY])
 {
-    char text[4096];
-    *scenario = NULL;
-    snprintf(path, 1024, "%s/%s/machine.scenario", pool->options->folder, fixture->rule->id);
-    FILE *file = fopen(path, "r");
+    played->scenario = NULL;
+    snprintf(played->path, sizeof played->path, "%s/%s/machine.scenario", pool->options->folder,
+             fixture->rule->id);
+    FILE *file = fopen(played->path, "r");
     if (file == NULL)
         return true;
-    const size_t size = fread(text, 1, sizeof text, file);
+    const size_t size = fread(played->text, 1, sizeof played->text - 1, file);
+    played->text[size] = '\0';
     fclose(file);
-    return scenario_read(scenario, text, size, path, catalogue_find(4, 0), fixture->why) == 0;
+    return scenario_read(&played->scenario, played->text, size, played->path, catalogue_find(4, 0),
+                         why) == 0;
+}
+
+/* A small file, to be freed; NULL when there is none. */
+static char *read_text(const char *path)
+{
+    FILE *file = fopen(path, "rb");
+    char *text = file != NULL ? calloc(1, TEXT_MOST + 1) : NULL;
+    if (text != NULL)
+        text[fread(text, 1, TEXT_MOST, file)] = '\0';
+    if (file != NULL)
+        fclose(file);
+    return text;
 }
 
 /* The profile that loads such a file; of what no profile loads, pc4 says so. */
@@ -103,34 +127,77 @@ static void say(struct selftest_fixture *fixture, const char *what, const char *
              id, more);
 }
 
-/* What its own rule says: the same on every machine, but for addresses of code. */
-static void keep_findings(struct selftest_fixture *fixture, const struct report *report)
+/* Where a finding is: "at (Program_04) bad.c:7", as the address depends on the compiler. */
+static const char *place_of(const struct finding *finding)
+{
+    const char *mark = finding->has_address ? strstr(finding->place, "+0x") : NULL;
+    return mark != NULL ? mark + 3 + strspn(mark + 3, "0123456789abcdef") : finding->place;
+}
+
+/* What its own rule says: the same on every machine. */
+static void keep_findings(struct selftest_fixture *fixture, const struct rule_report *rule)
 {
     size_t size;
     FILE *out = open_memstream(&fixture->findings, &size);
     if (out == NULL)
         return;
-    for (size_t i = 0; i < report->rule_count; i++) {
-        const struct rule_report *rule = &report->rules[i];
-        if (strcmp(rule->id, fixture->rule->id) != 0)
-            continue;
-        for (size_t k = 0; k < rule->finding_count; k++) {
-            const struct finding *f = &rule->findings[k];
-            const char *place = strchr(f->place, '(');
-            fprintf(out, "%s|%s|%s|%s|%llu\n", f->what, f->when, place != NULL ? place : "",
-                    f->function != NULL ? f->function : "", (unsigned long long)f->count);
-        }
+    for (size_t i = 0; i < rule->finding_count; i++) {
+        const struct finding *f = &rule->findings[i];
+        fprintf(out, "%s|%s|%s%s|%s|%llu\n", f->what, f->when, f->has_address ? "at" : "",
+                place_of(f), f->function != NULL ? f->function : "", (unsigned long long)f->count);
     }
     fclose(out);
 }
 
-static void judge(struct selftest_fixture *fixture, const struct report *report)
+/* What the rules say that did not judge it, "REASON|RULE" and a line each. */
+static void keep_reasons(struct selftest_fixture *fixture, const struct report *report)
 {
-    keep_findings(fixture, report);
+    size_t size;
+    FILE *out = open_memstream(&fixture->reasons, &size);
+    for (size_t i = 0; out != NULL && i < report->rule_count; i++)
+        if (report->rules[i].outcome == RULE_NOT_JUDGED)
+            fprintf(out, "%s|%s\n", report->rules[i].reason, report->rules[i].id);
+    if (out != NULL)
+        fclose(out);
+}
+
+/* Of a good one nothing is expected but that nothing is said. */
+static void compare(const struct pool *pool, struct selftest_fixture *fixture,
+                    const struct report *report)
+{
+    char path[1024], why[EXPECTED_WHY];
+    struct expected expected;
+    snprintf(path, sizeof path, "%s/%s/expected", pool->options->folder, fixture->rule->id);
+    char *text = read_text(path);
+    if (text == NULL ||
+        !expected_find((struct expected){ text, strlen(text) }, fixture->name, &expected)) {
+        say(fixture, "nothing is expected of it in ", "expected", "");
+        free(text);
+        return;
+    }
+    if (fixture->findings != NULL && !expected_findings(expected, fixture->findings, why))
+        say(fixture, "", why, "");
+    for (size_t i = 0; i < report->rule_count; i++) {
+        const struct rule_report *rule = &report->rules[i];
+        const char *reason = rule->outcome == RULE_NOT_JUDGED ? rule->reason : "";
+        if (!expected_reason(expected, rule->id, reason, why))
+            say(fixture, "", why, "");
+    }
+    free(text);
+}
+
+static void judge(const struct pool *pool, struct selftest_fixture *fixture,
+                  const struct report *report)
+{
+    bool judged = false; /* by its own rule */
+    keep_reasons(fixture, report);
     for (size_t i = 0; i < report->rule_count; i++) {
         const struct rule_report *rule = &report->rules[i];
         const bool own = strcmp(rule->id, fixture->rule->id) == 0;
         const char *first = rule->finding_count > 0 ? rule->findings[0].what : "";
+        judged = judged || own;
+        if (own)
+            keep_findings(fixture, rule);
         if (fixture->bad && own && rule->outcome != RULE_FAILED)
             say(fixture, "did not trip ", rule->id, "");
         if (rule->outcome == RULE_FAILED && !(fixture->bad && own)) {
@@ -141,45 +208,83 @@ static void judge(struct selftest_fixture *fixture, const struct report *report)
             say(fixture, "not judged by ", rule->id, "");
     }
     const bool must = fixture->rule->severity == SEVERITY_MUST;
-    if (fixture->bad && (report->verdict == VERDICT_FAIL) != must)
+    if (fixture->bad && judged && (report->verdict == VERDICT_FAIL) != must)
         say(fixture, "verdict ", verdict_name(report->verdict), "");
     if (!fixture->bad && report->verdict != VERDICT_PASS)
         say(fixture, "verdict ", verdict_name(report->verdict), "");
-    fixture->right = fixture->why[0] == '\0';
+    if (fixture->bad)
+        compare(pool, fixture, report);
+}
+
+/* FOLDER/RULE/NAME, made if need be. */
+static const char *evidence_folder(const char *folder, const struct selftest_fixture *fixture,
+                                   bool make, char path[2048])
+{
+    const int length = snprintf(path, 1024, "%s/%s", folder, fixture->rule->id);
+    if (make) {
+        mkdir(folder, 0777);
+        mkdir(path, 0777); /* what went wrong is told where the evidence is written */
+    }
+    snprintf(path + length, 1024, "/%s", fixture->name);
+    return path;
+}
+
+static int run(const struct pool *pool, struct selftest_fixture *fixture, const char *rules,
+               struct check **check, char why[CHECK_WHY])
+{
+    const struct selftest_options *options = pool->options;
+    char folder[2048];
+    struct played played;
+    if (options->from_evidence != NULL)
+        return check_again(check, evidence_folder(options->from_evidence, fixture, false, folder),
+                           &(struct check_changes){ .rules = rules, .sparing = true }, why);
+    if (!read_scenario(pool, fixture, &played, why))
+        return -EINVAL;
+    const struct check_scenario scenario = { .scenario = played.scenario,
+                                             .path = played.path,
+                                             .text = played.text };
+    const struct check_options of_check = {
+        .path = fixture->path,
+        .tool = "tgm selftest",
+        .profile = profile_for(fixture->path),
+        .seed = SEED,
+        .cycles = CYCLES,
+        .jobs = 1,
+        .rules = rules,
+        .scenarios = &scenario,
+        .scenario_count = played.scenario != NULL,
+        .evidence = options->evidence != NULL
+                        ? evidence_folder(options->evidence, fixture, true, folder)
+                        : NULL,
+    };
+    const int r = check_run(check, &of_check, why);
+    scenario_close(played.scenario);
+    return r;
 }
 
 static void try(const struct pool *pool, struct selftest_fixture *fixture)
 {
-    struct scenario *scenario;
+    const char *rules = pool->options->first_only ? fixture->rule->id : pool->options->judges;
     struct check *check;
-    char file[1024], why[CHECK_WHY];
-    if (!read_scenario(pool, fixture, file, &scenario))
-        return;
-    const struct check_scenario played = { .scenario = scenario, .path = file };
-    const struct check_options options = { .path = fixture->path,
-                                           .tool = "tgm selftest",
-                                           .profile = profile_for(fixture->path),
-                                           .seed = SEED,
-                                           .cycles = CYCLES,
-                                           .jobs = 1,
-                                           .rules =
-                                               pool->options->first_only ? fixture->rule->id : NULL,
-                                           .scenarios = &played,
-                                           .scenario_count = scenario != NULL };
-    if (check_run(&check, &options, why) == 0) {
-        judge(fixture, check_report(check));
+    char why[CHECK_WHY];
+    if (run(pool, fixture, rules, &check, why) == 0) {
+        judge(pool, fixture, check_report(check));
         check_free(check);
     } else {
         say(fixture, "could not be judged: ", "", why);
     }
-    scenario_close(scenario);
+    fixture->right = fixture->why[0] == '\0';
+    fixture->tried = true;
 }
 
 static void *work(void *argument)
 {
     struct pool *pool = argument;
-    for (size_t i; (i = atomic_fetch_add(&pool->next, 1)) < pool->test->count;)
+    for (size_t i; !pool->over && (i = atomic_fetch_add(&pool->next, 1)) < pool->test->count;) {
         try(pool, &pool->test->fixtures[i]);
+        if (pool->options->first_wrong && !pool->test->fixtures[i].right)
+            pool->over = true;
+    }
     return NULL;
 }
 
@@ -203,7 +308,12 @@ int selftest_run(struct selftest *out, const struct selftest_options *options,
 {
     struct pool pool = { .options = options, .test = out };
     struct selftest_tally tally;
+    char idle[RULE_PATTERN];
     *out = (struct selftest){ .count = 0 };
+    if (rule_pattern_idle(options->rules, idle)) {
+        snprintf(why, SELFTEST_WHY, "no rule matches '%s'; `tgm rules` lists them", idle);
+        return -EINVAL;
+    }
     for (size_t i = 0; rule_at(i) != NULL; i++) {
         if (!rule_selected(options->rules, rule_at(i)->id))
             continue;
@@ -215,12 +325,14 @@ int selftest_run(struct selftest *out, const struct selftest_options *options,
         }
     }
     if (out->rules == 0) {
-        snprintf(why, SELFTEST_WHY, "no rule matches '%s'; `tgm rules` lists them", options->rules);
+        snprintf(why, SELFTEST_WHY, "'%s' leaves no rule to prove", options->rules);
         return -EINVAL;
     }
     try_all(&pool);
-    for (size_t i = 0; i < out->count; i++)
-        out->wrong += !out->fixtures[i].right;
+    for (size_t i = 0; i < out->count; i++) {
+        out->tried += out->fixtures[i].tried;
+        out->wrong += out->fixtures[i].tried && !out->fixtures[i].right;
+    }
     for (size_t i = 0; rule_at(i) != NULL; i++) {
         selftest_tally(out, rule_at(i), &tally);
         out->unproven +=
@@ -252,8 +364,10 @@ bool selftest_proves(const struct selftest_tally *tally)
 
 void selftest_free(struct selftest *test)
 {
-    for (size_t i = 0; i < test->count; i++)
+    for (size_t i = 0; i < test->count; i++) {
         free(test->fixtures[i].findings);
+        free(test->fixtures[i].reasons);
+    }
     free(test->fixtures);
     *test = (struct selftest){ .count = 0 };
 }

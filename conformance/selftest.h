@@ -5,7 +5,10 @@
  *
  * The fixtures are modules that were built with the program: FOLDER/RULE/bad*.tgm and good*.tgm
  * (.tgm.bin: flat images), and machine.scenario where the rule needs one. A rule without both kinds
- * is not proven.
+ * is not proven. FOLDER/RULE/expected has what is said of each bad one (expected.h).
+ *
+ * What the modules did can be kept and judged again: a rule is changed, and all fixtures tell in
+ * seconds what that did.
  */
 #ifndef CONFORMANCE_SELFTEST_H
 #define CONFORMANCE_SELFTEST_H
@@ -24,7 +27,9 @@ struct selftest_fixture {
     char name[96]; /* of the file */
     bool bad;
     bool right;
-    char *findings;         /* of its rule, a line each; NULL: not judged */
+    bool tried;
+    char *findings; /* of its rule, a line each (expected.h); NULL: not judged by it */
+    char *reasons;  /* why rules did not judge it, a line each; NULL: it could not be tried */
     char why[SELFTEST_WHY]; /* what was wrong: "tripped returns, too"; "" when nothing was */
 };
 
@@ -32,6 +37,7 @@ struct selftest {
     struct selftest_fixture *fixtures; /* in the order of the rules, then of the names */
     size_t count;
     size_t wrong;    /* of them */
+    size_t tried;    /* of them: all, unless the first wrong one was the end */
     size_t rules;    /* that were to be proven */
     size_t unproven; /* of them without a bad or without a good fixture */
 };
@@ -46,6 +52,10 @@ struct selftest_options {
     const char *rules; /* as in check_options; NULL: all */
     unsigned jobs;     /* 0: one for each core */
     bool first_only; /* judges by the fixture's own rule alone, not all: quicker, and proves less */
+    const char *judges;        /* by these rules alone, as in check_options; NULL: all */
+    const char *evidence;      /* folder that what each module did is kept in; NULL: none */
+    const char *from_evidence; /* such a folder: nothing is run; NULL: everything is */
+    bool first_wrong;          /* what comes after the first fixture that is wrong is left out */
 };
 
 /* 0 with *out to be freed by selftest_free(), or negative errno with a sentence in why. */

@@ -4,7 +4,7 @@
  * be told. A certificate names its suite; who reads it knows what was not left out.
  *
  * A suite that certificates were issued for does not change. What should be done differently is a
- * new one.
+ * new one: another row in suite.c, another file in suites/.
  */
 #ifndef CONFORMANCE_SUITE_H
 #define CONFORMANCE_SUITE_H
@@ -21,6 +21,10 @@ struct suite {
 /* NULL past the end; the last one is what `tgm certify` uses. */
 const struct suite *suite_at(size_t index);
 const struct suite *suite_latest(void);
+
+/* Seed, machine and rule book as text: conformance/suites/NAME.txt of the last one, which a test
+ * holds against this. Who changes a rule decides there whether certificates still mean the same. */
+void suite_write(const struct suite *suite, FILE *out);
 
 /* Sets everything but what the module, the product and this computer are: path, shown, tool,
  * profile, jobs. */

@@ -187,7 +187,7 @@ expect "help" 0 "--json FILE"
 
 # --- hostile modules ------------------------------------------------------------------------------
 hostile() { # name file text
-    run timeout 60 "$tgm" check "$2" --cycles 60
+    run timeout 600 "$tgm" check "$2" --cycles 60
     expect "hostile: $1" 1 "$3"
     last_line "hostile: $1: FAIL" "^RESULT: FAIL"
     if pgrep -f "$2" >/dev/null; then fail "hostile: $1: a process is left"; else pass "hostile: $1: nothing is left"; fi

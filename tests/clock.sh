@@ -23,13 +23,15 @@ began=$(date +%s%N)
 run "$tgm" run "$module" --for 1s --clock real
 took=$((($(date +%s%N) - began) / 1000000))
 [ "$took" -ge 1000 ] && pass "a second takes a second" || fail "a second took $took ms"
-run "$tgm" run "$module" --for 1s --clock real --record MAIN.Servo_Tick,MAIN.Act_Timer_CycleTime --csv "$work/real.csv"
+run "$tgm" run "$module" --for 1s --clock real --record MAIN.Servo_Tick,MAIN.Act_Timer_CycleTime,MAIN.ECAT_ElapsedTime,MAIN.Max_ECAT_ElapsedTime --csv "$work/real.csv"
 expect "real clock with a recording" 0
 script "$work/real.csv" <<'EOF'
 import sys
 rows = [line.split(",") for line in open(sys.argv[1]).read().split()[1:]]
 assert [int(r[1]) for r in rows] == list(range(1, 2001)), "a tick a cycle"
 assert any(int(r[2]) > 0 for r in rows), "measured periods"
+assert any(int(r[3]) > 0 for r in rows), "measured bus"
+assert int(rows[-1][4]) >= max(int(r[3]) for r in rows), "its maximum"
 EOF
 expect "every cycle is there, and measured" 0
 run "$tgm" run "$build/fixtures/no-fault/bad.tgm" --clock real --for 200ms
@@ -49,6 +51,33 @@ gcc -std=c11 -O1 -g -ffreestanding -fPIC -fvisibility=hidden -fshort-wchar -fno-
     -shared -Wl,-Bsymbolic -Wl,-e,0 -Wl,-z,noexecstack -o "$work/endless.tgm" "$work/endless.c"
 run "$tgm" run "$work/endless.tgm" --clock real --for 3s
 expect "a function that never returns on the real clock" 1 "Program_01" "Program_01 at +0x" "by Program_05, Program_04"
+
+# One that never stops sleeping, and one that does.
+cat >"$work/sleeper.c" <<'EOF'
+#include <tgm_plc.h>
+static void nap(PLC_DATA *p, int64_t units) { TGM_LARGE_INTEGER t; t.QuadPart = units; p->functions.pSleepFt(&t); }
+static int *count(PLC_DATA *p) { return p->PData_Memory; }
+long Program_Ini(PLC_DATA *p) { nap(p, 200000); return 1; }
+long Program_01(PLC_DATA *p) { for (;;) { nap(p, 50000); count(p)[0]++; } return 1; }
+long Program_02(PLC_DATA *p) { nap(p, 50000); count(p)[1]++; return 1; }
+long Program_03(PLC_DATA *p) { (void)p; return 1; }
+long Program_04(PLC_DATA *p) { count(p)[2]++; return 1; }
+long Program_05(PLC_DATA *p) { (void)p; return 1; }
+EOF
+gcc -std=c11 -O1 -g -ffreestanding -fPIC -fvisibility=hidden -fshort-wchar -fno-stack-protector -Isdk/include -nostdlib \
+    -shared -Wl,-Bsymbolic -Wl,-e,0 -Wl,-z,noexecstack -o "$work/sleeper.tgm" "$work/sleeper.c"
+for clock in virtual real; do
+    run "$tgm" run "$work/sleeper.tgm" --clock $clock --for 2s --record DATA.I32[0],DATA.I32[4],DATA.I32[8] --csv "$work/s.csv"
+    expect "sleep without end on the $clock clock" 1 "Program_01 did not return within a second, all of which it slept" pSleepFt
+    script "$work/s.csv" <<'EOF'
+import sys
+rows = [line.split(",") for line in open(sys.argv[1]).read().split()[1:]]
+one, two, four = (int(n) for n in rows[-1][1:])
+assert four == 4000, "nobody waits for who sleeps"
+assert 1 <= one <= 200 and 1 <= two <= 400, (one, two)
+EOF
+    expect "who sleeps wakes again, on the $clock clock" 0
+done
 
 # --- interrupts -----------------------------------------------------------------------------------
 run "$tgm" run "$race" --for 1s --preempt seeded

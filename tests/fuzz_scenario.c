@@ -2,17 +2,22 @@
 /*
  * libFuzzer target: any text as a scenario of each layout. What is refused is refused with a place;
  * what is accepted is played against memories of noise, cycle by cycle, on a bus that is none, and
- * what failed is told. The same text read twice gives the same answer.
+ * what failed is told. Every fourth is read twice, which gives the same answer.
  *
- * Input: the scenario; its first byte chooses the layout.
+ * Input: the scenario; its first byte chooses the layout. Limits are smaller than in earnest (the
+ * Makefile's FUZZ_LIMITS).
  */
 #include <errno.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "host/scenario_play.h"
 
+int LLVMFuzzerInitialize(int *argument_count, char ***arguments);
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
+
+static unsigned long long inputs, played, failures;
 
 enum { CYCLES = 60, CYCLE_NS = 500000 };
 
@@ -78,7 +83,22 @@ static void play_it(struct scenario *scenario, const uint8_t *noise, size_t size
         scenario_tell(scenario, &evidence.failures[i], text);
     for (uint64_t i = 0; i < evidence.line_count && i < EVIDENCE_LINES; i++)
         scenario_tell_line(scenario, &evidence.lines[i], text);
+    played++;
+    failures += evidence.failure_count;
     free(play);
+}
+
+static void say_what_was_seen(void)
+{
+    fprintf(stderr, "%llu inputs: %llu scenarios, %llu failed statements\n", inputs, played,
+            failures);
+}
+
+int LLVMFuzzerInitialize(int *argument_count, char ***arguments)
+{
+    (void)argument_count;
+    (void)arguments;
+    return atexit(say_what_was_seen);
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
@@ -88,16 +108,19 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     struct scenario *a, *b;
 
     if (size < 2 || size > 8192)
-        return -1;
+        return 0;
+    inputs++;
     const int *layout = layouts[data[0] % 3];
     const struct catalogue *catalogue = catalogue_find(layout[0], layout[1]);
     const char *text = (const char *)data + 1;
     const int error = scenario_read(&a, text, size - 1, "fuzz", catalogue, first);
-    must(scenario_read(&b, text, size - 1, "fuzz", catalogue, second) == error);
-    must(strcmp(first, second) == 0 && (error == 0) == (first[0] == '\0'));
-    must((a != NULL) == (error == 0) && (b != NULL) == (error == 0));
+    must((error == 0) == (first[0] == '\0') && (a != NULL) == (error == 0));
     must(error == 0 || strncmp(first, "fuzz:", 5) == 0);
-    scenario_close(b);
+    if (size % 4 == 0) {
+        must(scenario_read(&b, text, size - 1, "fuzz", catalogue, second) == error);
+        must(strcmp(first, second) == 0 && (b != NULL) == (error == 0));
+        scenario_close(b);
+    }
     if (a != NULL)
         play_it(a, data, size);
     scenario_close(a);

@@ -48,6 +48,8 @@ struct rig {
 /* A process holds one machine: what a failed test left open is closed by the next. */
 static struct rig *rig_left;
 
+static enum machine_kind rig_kind; /* of the machines that are opened */
+
 static inline void rig_close(struct rig *rig)
 {
     rig_left = NULL;
@@ -67,10 +69,12 @@ static inline struct rig *rig_open_file(const char *path, const struct host_conf
     struct rig *rig;
     struct host_config config = *wanted;
     char why[HOST_WHY];
-    const struct machine_config machine = { .seed = 1,
+    const struct machine_config machine = { .kind = rig_kind,
+                                            .seed = 1,
                                             .poison = true,
                                             .hang_ns = 2000000000,
-                                            .interruptible = wanted->preempt.mode != PREEMPT_NONE };
+                                            .interruptible = wanted->preempt.mode != PREEMPT_NONE,
+                                            .asides = true };
 
     if (rig_left)
         rig_close(rig_left);

@@ -429,5 +429,9 @@ cd "$work" && run "$work/prefix/bin/tgm" new fresh
 expect "tgm new from where it is installed" 0 "fresh/ is a project"
 run make -C "$work/fresh" check CHECK_FLAGS='--cycles 200'
 expect "and its project passes" 0 "RESULT: PASS"
+run find "$work/prefix/share/tgm/fixtures" -type f ! -name '*.tgm' ! -name '*.tgm.bin' ! -name '*.scenario' ! -name expected
+[ ! -s "$out" ] && pass "nothing but modules, scenarios and expectations is among the fixtures" || fail "nothing but modules, scenarios and expectations is among the fixtures"
+run "$work/prefix/bin/tgm" selftest --own --rule 'ini-returns-one,no-imports,scenario'
+expect "tgm selftest proves rules where it is installed" 0 "RESULT: PASS (3 rules, 0 of them not proven"
 
 finish

@@ -251,9 +251,9 @@ static void nothing_but_a_whole_pass_is_signed(void **state)
 {
     static struct certificate certificate;
     char why[CERTIFICATE_WHY];
-    struct report reports[8];
+    struct report reports[9];
     (void)state;
-    for (size_t i = 0; i < 8; i++)
+    for (size_t i = 0; i < 9; i++)
         reports[i] = passing();
     reports[0].verdict = VERDICT_FAIL;
     reports[1].verdict = VERDICT_INCOMPLETE;
@@ -263,7 +263,8 @@ static void nothing_but_a_whole_pass_is_signed(void **state)
     reports[5].evidence = NULL;
     reports[6].rule_book = NULL;
     reports[7].path = "\xFF.tgm";
-    for (size_t i = 0; i < 8; i++)
+    reports[8].config = "controller.ini";
+    for (size_t i = 0; i < 9; i++)
         assert_false(certificate_fill(&certificate, &reports[i], "cert-1", PROGRAM, why));
 }
 

@@ -3,6 +3,7 @@
 #include <errno.h>
 #include <math.h>
 
+#include "host/scenario.h"
 #include "host/servo_wire.h"
 #include "tests/host_rig.h"
 
@@ -336,12 +337,109 @@ static void native_outputs_inputs_and_faults_are_in_the_servo_group(void **state
     rig_start(rig);
     servo_goes(rig, 0);
     rig_until(rig, "SERVO[0].Status", 1, 8000);
-    assert_true(rig_get(rig, "SERVO[0].Error") == 0x80000000u); /* the TGZ has no 0x603F */
+    assert_true(rig_get(rig, "SERVO[0].Error") == 0x80000000u);
+    rig_until(rig, "SERVO[0].Error", 0x8, 100); /* the TGZ has no 0x603F, but its history */
     rig_set(rig, "SERVO[0].Control", 1);
     rig_until(rig, "SERVO[0].Status", 2, 100);
     rig_set(rig, "SERVO[0].DigitalOut", 5);
     rig_cycles(rig, 2);
     assert_int_equal((uint32_t)rig_get(rig, "SERVO[0].ControlWord") >> 28, 5);
+    rig_close(rig);
+}
+
+static uint32_t read_sdo(struct rig *rig, uint16_t index, uint8_t subindex, uint32_t bytes)
+{
+    rig_set(rig, "SERVO[0].Sdo.NumberByte", bytes);
+    rig_set(rig, "SERVO[0].Sdo.Index", index);
+    rig_set(rig, "SERVO[0].Sdo.SubIndex", subindex);
+    rig_set(rig, "SERVO[0].Sdo.Control", 2);
+    rig_cycles(rig, 1);
+    rig_until(rig, "SERVO[0].Sdo.Control", 0, 200);
+    assert_true(rig_get(rig, "SERVO[0].Sdo.Status") == 0);
+    return (uint32_t)rig_get(rig, "SERVO[0].Sdo.Data");
+}
+
+/* Over CoE, since they are not mapped; what was told is told once. */
+static void digital_outputs_of_a_cia402_drive_are_in_its_object(void **state)
+{
+    const struct bus_device devices[] = { { .type = "drive-cia402x2" } };
+    const struct plant plant = { .devices = devices, .device_count = 1, .servos = 2 };
+    const struct host_config config = { .plant = &plant };
+    struct rig *rig = rig_open("idle", &config);
+    (void)state;
+    rig_start(rig);
+    rig_until(rig, "SERVO[0].EtherCATState", 8, 1000);
+    assert_int_equal(read_sdo(rig, 0x60FE, 1, 4), 0);
+    rig_set(rig, "SERVO[0].DigitalOut", 0x00050001);
+    rig_set(rig, "SERVO[1].DigitalOut", 0x00080000);
+    rig_cycles(rig, 100);
+    assert_int_equal(read_sdo(rig, 0x60FE, 1, 4), 0x00050001);
+    assert_int_equal(read_sdo(rig, 0x68FE, 1, 4), 0x00080000);
+    rig_set(rig, "SERVO[0].DigitalOut", 0);
+    rig_cycles(rig, 100);
+    assert_int_equal(read_sdo(rig, 0x60FE, 1, 4), 0);
+    assert_int_equal(read_sdo(rig, 0x68FE, 1, 4), 0x00080000);
+    rig_close(rig);
+}
+
+/* A TGZ has six outputs and eight inputs, every other one is axis 1's, whatever its mapping. */
+static void a_tgz_has_its_inputs_and_outputs_in_both_maps(void **state)
+{
+    static const struct {
+        const char *device;
+        uint32_t type;
+    } rows[] = { { "tgz-2", 9 }, { "tgz-2", 99 } };
+    static const char inputs[] = "input SERVO[0] bit 16 = 1\ninput SERVO[0] bit 19 = 1\n"
+                                 "input SERVO[0] bit 22 = 1\n";
+    char why[SCENARIO_WHY];
+    struct scenario *scenario;
+    assert_int_equal(
+        scenario_read(&scenario, inputs, strlen(inputs), "t", catalogue_find(4, 0), why), 0);
+    (void)state;
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        const struct bus_device device = { .type = rows[i].device };
+        const struct plant plant = { .devices = &device, .device_count = 1, .servos = 2 };
+        const struct host_servo servos[] = {
+            { .type = rows[i].type, .node = 1, .axis = 1 },
+            { .type = rows[i].type, .node = 1, .axis = 2 },
+        };
+        const struct host_config config = {
+            .plant = &plant,
+            .servos = servos,
+            .servo_count = 2,
+            .scenario = scenario,
+        };
+        struct rig *rig = rig_open("idle", &config);
+        rig_start(rig);
+        rig_until(rig, "SERVO[0].EtherCATState", 8, 1000);
+        rig_set(rig, "SERVO[0].DigitalOut", 5); /* outputs 1 and 5 */
+        rig_set(rig, "SERVO[1].DigitalOut", 2); /* output 4 */
+        rig_cycles(rig, 3);
+        assert_int_equal(read_sdo(rig, 0x4001, 0, 1), 0x19);
+        assert_int_equal(read_sdo(rig, 0x4000, 0, 1), 0x49);
+        assert_true(rig_get(rig, "SERVO[0].DigitalIn") == 0x9); /* 1 and 7 */
+        assert_true(rig_get(rig, "SERVO[1].DigitalIn") == 0x2); /* 4 */
+        rig_close(rig);
+    }
+    scenario_close(scenario);
+}
+
+/* R: what a module makes of it is gone with the next cycle, and the machine does not hear of it. */
+static void a_written_position_moves_nothing(void **state)
+{
+    struct rig *rig = rig_open("idle", &(struct host_config){ 0 });
+    (void)state;
+    rig_set(rig, "SERVO[0].Position", 123456);
+    rig_start(rig);
+    rig_cycles(rig, 1);
+    assert_true(rig_get(rig, "SERVO[0].Position") == 0);
+    servo_goes(rig, 0);
+    const double place = rig_get(rig, "SERVO[0].Position");
+    for (int i = 0; i < 100; i++) {
+        rig_set(rig, "SERVO[0].Position", 123456);
+        rig_cycles(rig, 1);
+        assert_true(fabs(rig_get(rig, "SERVO[0].Position") - place) < 50);
+    }
     rig_close(rig);
 }
 
@@ -361,6 +459,9 @@ int main(void)
         cmocka_unit_test(a_configured_resolution_is_that_of_the_registers),
         cmocka_unit_test(a_node_is_an_alias_before_it_is_a_place),
         cmocka_unit_test(native_outputs_inputs_and_faults_are_in_the_servo_group),
+        cmocka_unit_test(digital_outputs_of_a_cia402_drive_are_in_its_object),
+        cmocka_unit_test(a_tgz_has_its_inputs_and_outputs_in_both_maps),
+        cmocka_unit_test(a_written_position_moves_nothing),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -339,7 +339,12 @@ static void arm_faults_are_attributed(void **state)
 
     (void)state;
     expect_faults(fixture, faults, COUNT(faults));
-    assert_int_equal(call(fixture, "make_system_call", NULL).fault.syscall, 20);
+    const struct machine_fault fault = call(fixture, "make_system_call", NULL).fault;
+    char name[MACHINE_CALL_NAME];
+    machine_system_call_name(&fault, name);
+    assert_int_equal(fault.syscall, 20);
+    assert_true(fault.syscall_arm);
+    assert_string_equal(name, "getpid");
     assert_int_equal(call(fixture, "unaligned_word", shared_words(fixture)).kind, MACHINE_RETURNED);
 }
 

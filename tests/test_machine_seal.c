@@ -357,13 +357,15 @@ static void every_call_that_reaches_out_is_refused_and_named(void **state)
         if (outcome->kind != MACHINE_SYSCALL || outcome->fault.syscall != calls[i].syscall)
             fail_msg("%s: outcome %d, system call %ld", calls[i].name, (int)outcome->kind,
                      outcome->fault.syscall);
-        machine_system_call_name(outcome->fault.syscall, false, name);
+        machine_system_call_name(&outcome->fault, name);
         assert_string_equal(name, calls[i].name);
         assert_int_equal(outcome->fault.pc, label("call_library_back"));
     }
-    machine_system_call_name(20, true, name);
+    machine_system_call_name(&(struct machine_fault){ .syscall = 20, .syscall_i386 = true }, name);
     assert_string_equal(name, "getpid");
-    machine_system_call_name(100000, false, name);
+    machine_system_call_name(&(struct machine_fault){ .syscall = 292, .syscall_arm = true }, name);
+    assert_string_equal(name, "recvfrom");
+    machine_system_call_name(&(struct machine_fault){ .syscall = 100000 }, name);
     assert_string_equal(name, "unknown");
 }
 

@@ -7,6 +7,18 @@
 
 /* --- virtual servos, modes --- */
 
+static void a_written_position_does_not_move_a_virtual_servo(void **state)
+{
+    struct rig *rig = open_virtuals(0, 500);
+    (void)state;
+    rig_cycles(rig, 5);
+    rig_set(rig, "SERVO[0].Position", 123456);
+    rig_cycles(rig, 1);
+    assert_true(rig_get(rig, "SERVO[0].Position") == 0);
+    assert_true(rig_get(rig, "SERVO[0].Speed") == 0);
+    rig_close(rig);
+}
+
 static void a_virtual_servo_is_where_it_was_sent_one_cycle_later(void **state)
 {
     (void)state;
@@ -633,6 +645,7 @@ static void the_list_says_which_servo_is_which(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_written_position_does_not_move_a_virtual_servo),
         cmocka_unit_test(a_virtual_servo_is_where_it_was_sent_one_cycle_later),
         cmocka_unit_test(modes_are_configuration),
         cmocka_unit_test(every_profile_drives_write_position),

@@ -123,7 +123,7 @@ static void text_prints_every_waiver_and_who_answers_for_it(void **state)
     (void)state;
     assert_non_null(strstr(text, "\nwaived  set-point-steps until 2027-03-31 by J. Novak "
                                  "<jn@plant>: homing against a stop\n"));
-    assert_non_null(strstr(text, "(out of date: it counts no more)\n"));
+    assert_non_null(strstr(text, "(out of date: it fails the module; renew it or take it away)\n"));
     assert_null(strchr(text, '\x1B'));
     assert_null(strstr(text, "\xE2\x80\xAE"));
     free(text);
@@ -217,20 +217,21 @@ static void junit_fails_exactly_when_the_verdict_does(void **state)
     xmlDoc *document = xml(&report, report_junit);
     const xmlNode *root = xmlDocGetRootElement(document);
     (void)state;
-    assert_int_equal(number(root, "tests"), 9);
-    assert_int_equal(number(root, "failures"), 2);
+    /* Nine rules, and a waiver that is out of date. */
+    assert_int_equal(number(root, "tests"), 10);
+    assert_int_equal(number(root, "failures"), 3);
     assert_int_equal(number(root, "errors"), 1);
     assert_int_equal(number(root, "skipped"), 4);
-    assert_int_equal(count_elements(root, "testcase"), 9);
-    assert_int_equal(count_elements(root, "failure"), 2);
+    assert_int_equal(count_elements(root, "testcase"), 10);
+    assert_int_equal(count_elements(root, "failure"), 3);
     assert_int_equal(count_elements(root, "error"), 1);
     assert_int_equal(count_elements(root, "skipped"), 4);
-    assert_int_equal(count_elements(root, "testsuite"), 4); /* none for a group without rules */
+    assert_int_equal(count_elements(root, "testsuite"), 5); /* none for a group without rules */
     xmlFreeDoc(document);
     report.strict = true;
     document = xml(&report, report_junit);
     root = xmlDocGetRootElement(document);
-    assert_int_equal(number(root, "failures"), 3);
+    assert_int_equal(number(root, "failures"), 4);
     assert_int_equal(number(root, "errors"), 2);
     xmlFreeDoc(document);
     report = rig_quiet_report();
@@ -294,6 +295,25 @@ static void sarif_has_a_result_for_every_finding_and_every_other_rule(void **sta
         assert_int_equal(json_object_get(json_array_get(results, i), "suppressions") != NULL,
                          i == 6);
     }
+    json_decref(root);
+}
+
+static void sarif_tells_of_waivers_that_are_out_of_date(void **state)
+{
+    const struct report report = rig_report();
+    json_t *root = parsed(&report, report_sarif), *notes;
+    const char *level, *text, *rule;
+    (void)state;
+    assert_int_equal(json_unpack(root, "{s:[{s:[{s:o}]}]}", "runs", "invocations",
+                                 "toolConfigurationNotifications", &notes),
+                     0);
+    assert_int_equal(json_array_size(notes), 1);
+    assert_int_equal(json_unpack(json_array_get(notes, 0), "{s:s, s:{s:s}, s:{s:s}}", "level",
+                                 &level, "message", "text", &text, "associatedRule", "id", &rule),
+                     0);
+    assert_string_equal(level, "error");
+    assert_string_equal(rule, "inputs-first");
+    assert_non_null(strstr(text, "out of date since 2020-01-01 (nobody: "));
     json_decref(root);
 }
 
@@ -465,6 +485,7 @@ int main(void)
         cmocka_unit_test(junit_fails_exactly_when_the_verdict_does),
         cmocka_unit_test(junit_takes_any_bytes_as_text),
         cmocka_unit_test(sarif_has_a_result_for_every_finding_and_every_other_rule),
+        cmocka_unit_test(sarif_tells_of_waivers_that_are_out_of_date),
         cmocka_unit_test(sarif_names_source_line_and_address),
         cmocka_unit_test(sarif_prints_do_not_depend_on_cycle_or_line),
         cmocka_unit_test(html_is_one_file_without_script_or_resource),

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /* test_rules_same.c - what is made of runs that differ, from evidence made up here. */
 #include <setjmp.h>
+#include <signal.h>
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -132,6 +133,48 @@ static void other_globals_and_zeros_are_both_looked_at(void **state)
                "otherwise");
 }
 
+static void faults(enum experiment_id id)
+{
+    struct evidence *evidence = &runs[id].result.evidence;
+    evidence->incident_count = 1;
+    evidence->incidents[0] = (struct evidence_incident){ .entry = ENTRY_INI,
+                                                         .cycle = EVIDENCE_NO_CYCLE,
+                                                         .kind = MACHINE_FAULT,
+                                                         .fault.signal = SIGFPE };
+    evidence->calls[ENTRY_INI] = (struct evidence_calls){ .count = 0 };
+}
+
+static void a_start_that_ends_otherwise_says_how_each_ended(void **state)
+{
+    (void)state;
+    runs[EXPERIMENT_POISON_ZERO].result.evidence.calls[ENTRY_INI].last_value = 0;
+    check_globals(&file, &findings);
+    expect_one("with zeros in the globals before Program_Ini: Program_Ini returned 0, otherwise "
+               "it returned 1");
+}
+
+/* A call that never returned has no value, not even 0. */
+static void a_start_that_faulted_is_told_as_a_fault(void **state)
+{
+    (void)state;
+    faults(EXPERIMENT_CYCLE_500);
+    faults(EXPERIMENT_REPEATED);
+    faults(EXPERIMENT_POISON_INVERTED);
+    check_globals(&file, &findings);
+    expect_one("with zeros in the globals before Program_Ini: Program_Ini returned 1, otherwise "
+               "it divided by zero or overflowed a division");
+    assert_string_equal(findings.list[0].function, "Program_Ini");
+}
+
+static void a_start_that_faults_either_way_is_alike(void **state)
+{
+    (void)state;
+    for (int id = 0; id < EXPERIMENT_COUNT; id++)
+        faults((enum experiment_id)id);
+    check_globals(&file, &findings);
+    assert_int_equal(findings.count, 0);
+}
+
 static void addresses_count_where_the_machine_is(void **state)
 {
     (void)state;
@@ -184,6 +227,19 @@ static void a_start_that_did_not_come_is_not_judged(void **state)
     assert_string_equal(findings.reason, "the PLC was not run again");
 }
 
+static void what_faults_without_it_is_not_judged_by_a_second_start(void **state)
+{
+    (void)state;
+    faults(EXPERIMENT_CYCLE_500);
+    faults(EXPERIMENT_RESTART);
+    runs[EXPERIMENT_CYCLE_500].result.evidence.calls[ENTRY_INI].last_value = 1;
+    runs[EXPERIMENT_CYCLE_500].result.evidence.incidents[0].entry = ENTRY_04;
+    check_restart(&file, &findings);
+    assert_int_equal(findings.count, 0);
+    assert_string_equal(findings.reason, "even without being run again: Program_04 divided by zero "
+                                         "or overflowed a division");
+}
+
 static void a_second_start_must_end_with_one(void **state)
 {
     (void)state;
@@ -216,11 +272,15 @@ int main(void)
         TEST(a_second_run_names_register_and_cycle),
         TEST(what_does_not_repeat_itself_is_not_judged_by_its_globals),
         TEST(other_globals_and_zeros_are_both_looked_at),
+        TEST(a_start_that_ends_otherwise_says_how_each_ended),
+        TEST(a_start_that_faulted_is_told_as_a_fault),
+        TEST(a_start_that_faults_either_way_is_alike),
         TEST(addresses_count_where_the_machine_is),
         TEST(a_wrap_is_what_only_the_wrapping_run_does),
         TEST(who_acts_by_the_value_of_a_counter_may),
         TEST(refusing_another_size_is_right),
         TEST(a_start_that_did_not_come_is_not_judged),
+        TEST(what_faults_without_it_is_not_judged_by_a_second_start),
         TEST(a_second_start_must_end_with_one),
         TEST(what_an_emulated_cpu_lacks_is_no_finding),
     };

@@ -9,6 +9,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mman.h>
 
 #include <cmocka.h>
 
@@ -465,6 +466,31 @@ static void the_example_of_the_manual_reads(void **state)
     free(text);
 }
 
+/* The byte behind the text is on a page that nobody may read. */
+static void a_text_cut_anywhere_is_read_to_its_end_and_no_further(void **state)
+{
+    static const char text[] =
+        "at 1ms input DIO[01] channel 0 = 0x1F\n"
+        "after 1.5ms set SERVO[12].Mode = DATA.U8[0].bit(3) + 2e-3 * max(1, 2)\n"
+        "every 1ms from 1ms to 2ms expect 1 <= 2 && !0 \"message\"\n"
+        "wait until SERVO_READY_ENABLE != 0 within 1s\n"
+        "repeat 2\nfault unplug after 1 for 20ms\nlog \"x\" 1\nend\nend at 86400s";
+    const size_t room = 65536; /* whole pages */
+    char why[SCENARIO_WHY];
+    struct scenario *scenario;
+    (void)state;
+    char *page = mmap(NULL, 2 * room, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    assert_ptr_not_equal(page, MAP_FAILED);
+    assert_int_equal(mprotect(page + room, room, PROT_NONE), 0);
+    for (size_t length = 1; length < sizeof text; length++) {
+        memcpy(page + room - length, text, length);
+        const int r = scenario_read(&scenario, page + room - length, length, "t", layout(), why);
+        assert_int_equal(r == 0, why[0] == '\0');
+        scenario_close(scenario);
+    }
+    munmap(page, 2 * room);
+}
+
 /* The worker's numbers are looked at before they lead anywhere. */
 static void evidence_that_points_nowhere_is_told_harmlessly(void **state)
 {
@@ -496,6 +522,7 @@ int main(void)
         cmocka_unit_test(a_register_takes_what_it_can_hold),
         cmocka_unit_test(the_manual_has_every_statement),
         cmocka_unit_test(the_example_of_the_manual_reads),
+        cmocka_unit_test(a_text_cut_anywhere_is_read_to_its_end_and_no_further),
         cmocka_unit_test(evidence_that_points_nowhere_is_told_harmlessly),
     };
 

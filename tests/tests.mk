@@ -23,17 +23,22 @@ $(FIXTURE_DIR)/%$(2): conformance/fixtures/%.$(1) $(FIXTURE_MADE_WITH) | $(BUILD
 endef
 $(foreach suffix,c cpp S,$(foreach ending,.tgm .tgm.bin,$(eval $(call fixture_rule,$(suffix),$(ending)))))
 
-# A rule that needs one has a scenario beside its modules.
+# A rule has what its findings must say beside its modules, and a scenario where it needs one.
+FIXTURE_EXPECTED := $(patsubst conformance/fixtures/%,$(FIXTURE_DIR)/%,$(wildcard conformance/fixtures/*/expected))
+$(FIXTURE_DIR)/%/expected: conformance/fixtures/%/expected
+	@mkdir -p $(@D)
+	@cp $< $@
 FIXTURE_SCENARIOS := $(patsubst conformance/fixtures/%,$(FIXTURE_DIR)/%,$(wildcard conformance/fixtures/*/*.scenario))
 $(FIXTURE_DIR)/%.scenario: conformance/fixtures/%.scenario
 	@mkdir -p $(@D)
 	@cp $< $@
-FIXTURES += $(FIXTURE_SCENARIOS)
+FIXTURES += $(FIXTURE_SCENARIOS) $(FIXTURE_EXPECTED)
 
 # Each test program: its own source and what of the rooms it needs (all of them: they are small).
 UNIT_TESTS := test_osc test_text16 test_catalogue \
     test_scenario \
     test_certificate \
+    test_suite \
     test_chronicle \
     test_report \
     test_audit \
@@ -45,6 +50,8 @@ UNIT_TESTS := test_osc test_text16 test_catalogue \
     test_schedule \
     test_interp_path \
     test_evidence \
+    test_selftest \
+    test_hostile_evidence \
     test_rules_file \
     test_config
 SDK_TESTS := test_sdk_mem test_sdk_text test_sdk_motion test_sdk_start test_sdk_start5 test_sdk_start8
@@ -188,6 +195,7 @@ HOST_TESTS := test_scope test_host \
     test_scenario_host \
     test_plc \
     test_preempt \
+    test_sleep \
     test_races \
     test_motion \
     test_gear \
@@ -258,9 +266,12 @@ $(BUILD)/test/%: $(BUILD)/obj/tests/%.o $(ROOM_OBJ)
 	@echo "  LINK   $@"
 	$(Q)$(CC) $(OPT) $(CFLAGS) -o $@ $^ $(LDFLAGS) $(LIBS) -lcmocka
 
-$(BUILD)/obj/tests/test_evidence.o: ALL_CFLAGS += -DFIXTURE_DIR='"$(FIXTURE_DIR)"'
-$(BUILD)/obj/tests/test_evidence.o: ALL_CFLAGS += -DTEST_EVIDENCE_DIR='"$(BUILD)/test-evidence"'
-$(BUILD)/test/test_evidence: | $(FIXTURES)
+$(BUILD)/obj/tests/test_evidence.o $(BUILD)/obj/tests/test_hostile_evidence.o: ALL_CFLAGS += -DFIXTURE_DIR='"$(FIXTURE_DIR)"'
+$(BUILD)/obj/tests/test_evidence.o $(BUILD)/obj/tests/test_hostile_evidence.o: ALL_CFLAGS += -DTEST_EVIDENCE_DIR='"$(BUILD)/test-evidence"'
+$(BUILD)/test/test_evidence $(BUILD)/test/test_hostile_evidence: | $(FIXTURES)
+$(BUILD)/obj/tests/test_selftest.o: ALL_CFLAGS += -DFIXTURE_DIR='"$(FIXTURE_DIR)"'
+$(BUILD)/obj/tests/test_selftest.o: ALL_CFLAGS += -DTEST_SELFTEST_DIR='"$(BUILD)/test-selftest"'
+$(BUILD)/test/test_selftest: | $(FIXTURES)
 $(BUILD)/test/test_rules_file: | $(FIXTURES) $(IMAGE_MODULES)
 $(BUILD)/obj/tests/test_rules_file.o: ALL_CFLAGS += -DTEST_MODULES_DIR='"$(BUILD)/modules"'
 $(BUILD)/obj/tests/test_rules_file.o: ALL_CFLAGS += -DFIXTURE_DIR='"$(FIXTURE_DIR)"'

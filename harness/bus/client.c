@@ -4,23 +4,12 @@
 
 #include <errno.h>
 #include <pthread.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 /* SOEM's mapping code keeps static state: one configuration at a time in the process. */
 static pthread_mutex_t configuring = PTHREAD_MUTEX_INITIALIZER;
-
-static int fail(char why[BUS_WHY], int error, const char *format, ...)
-{
-    va_list arguments;
-
-    va_start(arguments, format);
-    vsnprintf(why, BUS_WHY, format, arguments);
-    va_end(arguments);
-    return error;
-}
 
 static int open_faults(struct bus *bus, const struct bus_config *config, char why[BUS_WHY])
 {
@@ -100,12 +89,12 @@ static int reach(struct bus *bus, unsigned state, char why[BUS_WHY])
 
         if ((s->al_state & AL_STATE) == state)
             continue;
-        return fail(why, -EIO,
-                    "slave %zu (%s) stays in %s%s instead of %s: AL status code 0x%04X, %s", i + 1,
-                    s->name, state_name(s->al_state), s->al_state & AL_ERROR ? "+ERR" : "",
-                    state_name(state), s->al_code, ec_ALstatuscode2string(s->al_code));
+        return rack_fail(
+            why, -EIO, "slave %zu (%s) stays in %s%s instead of %s: AL status code 0x%04X, %s",
+            i + 1, s->name, state_name(s->al_state), s->al_state & AL_ERROR ? "+ERR" : "",
+            state_name(state), s->al_code, ec_ALstatuscode2string(s->al_code));
     }
-    return fail(why, -EIO, "%s not reached", state_name(state));
+    return rack_fail(why, -EIO, "%s not reached", state_name(state));
 }
 
 static int init_port(struct bus *bus, bool redundant)
@@ -122,10 +111,10 @@ static int scan(struct bus *bus, size_t expected, bool redundant, char why[BUS_W
     int found;
 
     if (init_port(bus, redundant) <= 0)
-        return fail(why, -EIO, "SOEM does not take the port");
+        return rack_fail(why, -EIO, "SOEM does not take the port");
     found = ecx_config_init(&bus->context, FALSE);
     if (found < 0 || (size_t)found != expected)
-        return fail(why, -EIO, "%d slaves answer, %zu are wired", found, expected);
+        return rack_fail(why, -EIO, "%d slaves answer, %zu are wired", found, expected);
     bus->slave_count = (size_t)found;
     for (size_t i = 0; i < bus->slave_count; i++) {
         const ec_slavet *s = &bus->slavelist[i + 1];
@@ -160,15 +149,15 @@ static int read_maps(struct bus *bus, char why[BUS_WHY])
         int error = client_startup(bus, i, &s, &abort);
 
         if (error)
-            return fail(why, error,
-                        "slave %zu (%s): the startup value 0x%04X:%02X = 0x%X is not taken: "
-                        "abort 0x%08X",
-                        i + 1, bus->slave[i].name, s->index, s->subindex, s->value, abort);
+            return rack_fail(why, error,
+                             "slave %zu (%s): the startup value 0x%04X:%02X = 0x%X is not taken: "
+                             "abort 0x%08X",
+                             i + 1, bus->slave[i].name, s->index, s->subindex, s->value, abort);
         bus->slavelist[i + 1].PO2SOconfigx = to_safeop;
         error = client_map_read(bus, i);
         if (error)
-            return fail(why, error, "slave %zu (%s): its PDO mapping cannot be read", i + 1,
-                        bus->slave[i].name);
+            return rack_fail(why, error, "slave %zu (%s): its PDO mapping cannot be read", i + 1,
+                             bus->slave[i].name);
     }
     return 0;
 }
@@ -191,7 +180,7 @@ static int configure(struct bus *bus, char why[BUS_WHY])
     bytes = ecx_config_map_group(&bus->context, bus->iomap, 0);
     pthread_mutex_unlock(&configuring);
     if (bytes < 0 || bytes > CLIENT_IMAGE_MAX)
-        return fail(why, -EOVERFLOW, "process image of %d bytes is too large", bytes);
+        return rack_fail(why, -EOVERFLOW, "process image of %d bytes is too large", bytes);
     ecx_configdc(&bus->context);
     if (bus->dc_sync)
         start_sync(bus);
@@ -208,7 +197,7 @@ static int open_fiber(struct bus *bus, const struct bus_config *config, char why
     bus->clock.wake_ns = BUS_CLOCK_NEVER;
     bus->startup = calloc(config->startup_count + 1, sizeof *bus->startup);
     if (!bus->startup || fiber_open(&bus->clock.fiber, client_jobs, bus))
-        return fail(why, -ENOMEM, "no memory for the bus");
+        return rack_fail(why, -ENOMEM, "no memory for the bus");
     if (config->startup_count)
         memcpy(bus->startup, config->startup, config->startup_count * sizeof *bus->startup);
     bus->startup_count = config->startup_count;
@@ -224,11 +213,12 @@ int bus_open(struct bus **out, const struct bus_config *config, char why[BUS_WHY
     why[0] = '\0';
     *out = NULL;
     if (!config->device_count || config->device_count > BUS_MAX_SLAVES || !config->cycle_ns)
-        return fail(why, -EINVAL, "a bus has 1 to %d devices and a cycle; asked for %zu devices",
-                    BUS_MAX_SLAVES, config->device_count);
+        return rack_fail(why, -EINVAL,
+                         "a bus has 1 to %d devices and a cycle; asked for %zu devices",
+                         BUS_MAX_SLAVES, config->device_count);
     bus = calloc(1, sizeof *bus);
     if (!bus)
-        return fail(why, -ENOMEM, "no memory for the bus");
+        return rack_fail(why, -ENOMEM, "no memory for the bus");
     bus->cycle_ns = config->cycle_ns;
     bus->dc_sync = config->dc_sync;
     bus->image = bus->image_bytes;

@@ -234,6 +234,8 @@ uint64_t bus_entry_get(struct bus_entry entry)
             return get_u64(entry.byte);
         }
     }
+    if (entry.bits == 1)
+        return (unsigned)*entry.byte >> entry.bit & 1u;
     return get_bits(entry.byte, entry.bit, entry.bits);
 }
 
@@ -264,5 +266,8 @@ void bus_entry_set(struct bus_entry entry, uint64_t value)
             return;
         }
     }
-    put_bits(entry.byte, entry.bit, entry.bits, value);
+    if (entry.bits == 1)
+        *entry.byte = (uint8_t)((*entry.byte & ~(1u << entry.bit)) | (value & 1u) << entry.bit);
+    else
+        put_bits(entry.byte, entry.bit, entry.bits, value);
 }

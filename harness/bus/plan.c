@@ -7,8 +7,8 @@
 #include <string.h>
 
 enum {
-    PLAN_WRITE = 1,     /* the outputs, three buffers, take their data */
-    PLAN_READ = 2,      /* the inputs, three buffers, give their data */
+    PLAN_WRITE = 1,     /* the outputs, three buffers or plain memory, take their data */
+    PLAN_READ = 2,      /* the inputs, likewise, give their data */
     PLAN_MAPPED = 4,    /* anything else the FMMUs do */
     PLAN_FOLLOW = 8,    /* a clock that follows */
     PLAN_REFERENCE = 16 /* the clock that is followed */
@@ -56,7 +56,7 @@ static struct syncman *whole(struct slave *slave, const struct fmmu *fmmu,
     struct syncman *sm = syncman_at(slave, fmmu->physical, length, &span);
 
     if (!sm || !fmmu->bytewise || sm->start != fmmu->physical || sm->length != length ||
-        span != length || !sm->usable || !sm->buffered || fmmu->first < shape->address ||
+        span != length || !sm->usable || sm->mailbox || fmmu->first < shape->address ||
         fmmu->last >= (uint64_t)shape->address + shape->length)
         return NULL;
     return sm;
@@ -213,7 +213,7 @@ static inline bool read_inputs(struct slave *slave, const struct plan_move *move
 {
     bool live = slave->state >= AL_SAFEOP || slave->type->al_emulation;
 
-    if (!slave->behind || !live || slave->due_ns <= slave->frame_ns) {
+    if (!slave->behind || !live || !move->sm->buffered || slave->due_ns <= slave->frame_ns) {
         slave_catch_up(slave);
         return syncman_read_whole(slave, (unsigned)slave->input_sm, data + move->at);
     }
@@ -229,11 +229,15 @@ static inline void write_outputs(struct slave *slave, const struct plan_move *mo
     struct syncman *sm = move->sm;
 
     slave_catch_up(slave);
-    copy(move->area + (size_t)sm->master_at * move->length, data + move->at, move->length);
-    sm->open = false;
-    sm->latest = sm->master_at;
-    sm->master_at = syncman_free_buffer(sm, sm->device_at);
-    show(move, SM_STATUS_WRITTEN, SM_STATUS_READ);
+    if (sm->buffered) {
+        copy(move->area + (size_t)sm->master_at * move->length, data + move->at, move->length);
+        sm->open = false;
+        sm->latest = sm->master_at;
+        sm->master_at = syncman_free_buffer(sm, sm->device_at);
+        show(move, SM_STATUS_WRITTEN, SM_STATUS_READ);
+    } else {
+        memcpy(move->area, data + move->at, move->length);
+    }
     if (sm->watchdog)
         watchdog_trigger(slave);
     slave->outputs_fresh = true;
@@ -262,7 +266,8 @@ static inline void settle(struct slave *slave, const struct plan_move *move)
 {
     struct syncman *sm = move->sm;
 
-    if (slave->state != AL_OP || slave->al.wait_outputs || !sm || !slave->type->outputs) {
+    if (slave->state != AL_OP || slave->al.wait_outputs || !sm || !sm->buffered ||
+        !slave->type->outputs) {
         slave_settle(slave);
         return;
     }

@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-static int fail(char why[BUS_WHY], int error, const char *format, ...)
+int rack_fail(char why[BUS_WHY], int error, const char *format, ...)
 {
     va_list arguments;
 
@@ -32,12 +32,12 @@ static int fill_place(struct rack *rack, const struct bus_config *config, size_t
                                  .alias = device->alias };
 
     if (!setup.type)
-        return fail(why, -EINVAL, "device %zu: no device type \"%s\"", i + 1, device->type);
+        return rack_fail(why, -EINVAL, "device %zu: no device type \"%s\"", i + 1, device->type);
     setup.device = rack->devices[i] = calloc(1, setup.type->size);
     if (!setup.device)
-        return fail(why, -ENOMEM, "no memory for device %zu", i + 1);
+        return rack_fail(why, -ENOMEM, "no memory for device %zu", i + 1);
     if (slave_init(&rack->slaves[i], &setup))
-        return fail(why, -EINVAL, "device type \"%s\": its SII does not fit", device->type);
+        return rack_fail(why, -EINVAL, "device type \"%s\": its SII does not fit", device->type);
     return 0;
 }
 
@@ -47,11 +47,11 @@ int rack_open(struct rack *rack, const struct bus_config *config, char why[BUS_W
 
     memset(rack, 0, sizeof *rack);
     if (!config->device_count || config->device_count > BUS_MAX_SLAVES)
-        return fail(why, -EINVAL, "a bus has 1 to %d devices, not %zu", BUS_MAX_SLAVES,
-                    config->device_count);
+        return rack_fail(why, -EINVAL, "a bus has 1 to %d devices, not %zu", BUS_MAX_SLAVES,
+                         config->device_count);
     rack->slaves = calloc(config->device_count, sizeof *rack->slaves);
     if (!rack->slaves)
-        return fail(why, -ENOMEM, "no memory for %zu slaves", config->device_count);
+        return rack_fail(why, -ENOMEM, "no memory for %zu slaves", config->device_count);
     for (size_t i = 0; i < config->device_count && !error; i++)
         error = fill_place(rack, config, i, why);
     if (error)

@@ -18,4 +18,8 @@ struct rack {
 int rack_open(struct rack *rack, const struct bus_config *config, char why[BUS_WHY]);
 void rack_close(struct rack *rack);
 
+/* Prints the reason and returns the error: `return rack_fail(why, -EINVAL, ...)`. */
+int rack_fail(char why[BUS_WHY], int error, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
+
 #endif

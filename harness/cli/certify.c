@@ -87,10 +87,11 @@ int command_certify(const struct command *command, int argc, char **argv)
     char why[KEYS_WHY];
     int words, status;
     const struct option table[] = {
-        { "--key", OPTION_TEXT, "FILE", "the secret key to sign with (tgm keygen)", &call.key, 0,
-          0 },
-        { "--profile", OPTION_TEXT, "NAME", "the product it is for: pc4 (default)", &call.profile,
-          0, 0 },
+        { "--key", OPTION_TEXT, "FILE",
+          "the secret key to sign with (tgm keygen, docs/certificates.md)", &call.key, 0, 0 },
+        { "--profile", OPTION_TEXT, "NAME",
+          "the product it is for: pc4 (default), pc5, pc500, tgmmini, tgmcontroller or tgzmotion",
+          &call.profile, 0, 0 },
         { "-o", OPTION_TEXT, "FILE", "the certificate (default: MODULE.tgm.cert)", &to, 0, 0 },
         { "--evidence", OPTION_TEXT, "DIR",
           "where the evidence is kept (default: MODULE.tgm.evidence)", &evidence, 0, 0 },

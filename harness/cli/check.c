@@ -109,7 +109,8 @@ static bool asks_for_a_run(const struct command *command, int argc, char **argv)
                                          "--config",  "--pcap", "--scenario", "--evidence" };
     for (int i = 0; i < argc; i++)
         for (size_t k = 0; k < sizeof names / sizeof *names; k++)
-            if (strcmp(argv[i], names[k]) == 0) {
+            if (strncmp(argv[i], names[k], strcspn(argv[i], "=")) == 0 &&
+                strcspn(argv[i], "=") == strlen(names[k])) {
                 complain(command, "%s is settled: --from-evidence runs nothing", names[k]);
                 return true;
             }
@@ -133,24 +134,6 @@ static int run_again(const struct command *command, const struct check_options *
         return complain(command, "%s", why);
     }
     return tell(command, files, check, stream, no_colour);
-}
-
-/* Several patterns as check.h has them. */
-static bool join_patterns(const struct command *command, const struct option_texts *patterns,
-                          char *out, size_t size, const char **joined)
-{
-    size_t at = 0;
-    for (size_t i = 0; i < patterns->count; i++) {
-        const int length =
-            snprintf(out + at, size - at, "%s%s", i > 0 ? "," : "", patterns->texts[i]);
-        if ((size_t)length >= size - at) {
-            complain(command, "too many patterns of rules");
-            return false;
-        }
-        at += (size_t)length;
-    }
-    *joined = patterns->count > 0 ? out : NULL;
-    return true;
 }
 
 static bool read_waivers(const struct command *command, const char *path, struct waivers *waivers)
@@ -206,12 +189,14 @@ int command_check(const struct command *command, int argc, char **argv)
     struct report_files reports = { .paths = { NULL } };
     struct option_texts patterns = { .count = 0 };
     static struct waivers waivers;
-    static char selection[OPTION_TEXTS_MAX * 128];
+    static char selection[PATTERNS_MAX];
     const char *profile = "pc4", *module = NULL, *waive = NULL, *saved = NULL;
     uint64_t jobs = 0;
     bool no_colour = false;
     const struct option table[] = {
-        { "--profile", OPTION_TEXT, "NAME", "what is demanded: pc4 (default)", &profile, 0, 0 },
+        { "--profile", OPTION_TEXT, "NAME",
+          "what is demanded: pc4 (default), pc5, pc500, tgmmini, tgmcontroller or tgzmotion",
+          &profile, 0, 0 },
         { "--rule", OPTION_TEXTS, "PATTERN",
           "only the rules whose id matches, as in 'ini-*'; '!PATTERN': not those; may be given "
           "again",
@@ -219,8 +204,9 @@ int command_check(const struct command *command, int argc, char **argv)
         { "--strict", OPTION_FLAG, NULL, "what a module should keep counts as what it must",
           &options.strict, 0, 0 },
         { "--waive", OPTION_TEXT, "FILE",
-          "failures that somebody answers for, until a day (docs/certifying.md)", &waive, 0, 0 },
-        { "--evidence", OPTION_TEXT, "DIR", "save what was seen, to judge it again without a run",
+          "failures that somebody answers for, until a day (docs/checking.md)", &waive, 0, 0 },
+        { "--evidence", OPTION_TEXT, "DIR",
+          "save what was seen, to judge it again without a run (docs/checking.md)",
           &options.evidence, 0, 0 },
         { "--from-evidence", OPTION_TEXT, "DIR",
           "judge what was saved there: no MODULE, and nothing is run", &saved, 0, 0 },
@@ -252,7 +238,7 @@ int command_check(const struct command *command, int argc, char **argv)
     int words, status;
     if (!options_read(command, table, argc, argv, &module, 1, &words, &status))
         return status;
-    if (!join_patterns(command, &patterns, selection, sizeof selection, &options.rules) ||
+    if (!patterns_join(command, &patterns, selection, &options.rules) ||
         (waive != NULL && !read_waivers(command, waive, &waivers)))
         return EXIT_CALL;
     options.waivers = waive != NULL ? &waivers : NULL;

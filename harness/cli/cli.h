@@ -65,6 +65,12 @@ int complain(const struct command *command, const char *format, ...)
 /* Seed of check and run unless --seed says otherwise. */
 #define DEFAULT_SEED 0x1d2f
 
+/* --rule, given several times, as check_options has it: with commas between them, NULL for none.
+ * False, and the reason said, when they are too long together. */
+#define PATTERNS_MAX (OPTION_TEXTS_MAX * 128)
+bool patterns_join(const struct command *command, const struct option_texts *patterns,
+                   char out[PATTERNS_MAX], const char **joined);
+
 struct profile;
 /* The profile of that name; NULL, and the allowed names said, when there is none. */
 const struct profile *profile_or_complain(const struct command *command, const char *name);
@@ -72,10 +78,12 @@ const struct profile *profile_or_complain(const struct command *command, const c
 /* The entry of names (count of them) closest to word, NULL when none is close. */
 const char *nearest(const char *word, const char *const *names, size_t count);
 
-/* A file that appears under its name only when it is complete; "-" is standard output. */
+/* A file that appears under its name only when it is complete, and of which nothing is left when
+ * this process is ended; "-" is standard output. */
 struct output {
     FILE *stream;
     char *path, *temporary; /* temporary is NULL when the stream writes to its place directly */
+    bool nameless;          /* the file has no name yet; temporary is a pattern for one */
 };
 
 /* The whole text file, to be freed; NULL, and the reason said, when that is not possible. `what` is
@@ -87,6 +95,9 @@ bool same_file(const char *a, const char *b);
 
 /* 0 or negative errno. */
 int output_open(struct output *output, const char *path);
+/* What another program of this user can write it by while it is open. */
+#define OUTPUT_FILE 4352
+void output_file(const struct output *output, char name[OUTPUT_FILE]);
 /* Closes and puts the file in its place (keep), or removes it. 0 or negative errno. */
 int output_close(struct output *output, bool keep);
 

@@ -23,8 +23,8 @@ static const struct command commands[] = {
     { "registers", "[PATTERN]", "Lists registers by name, memory or offset.", command_registers },
     { "device", "[FILE...] [--convert SOURCE]",
       "Lists device types of the bus; checks device files and ESI.", command_device },
-    { "selftest", "", "Proves every rule on modules that break it.", command_selftest },
-    { "rules", "", "Lists the rules.", command_rules },
+    { "selftest", "[options]", "Proves every rule on modules that break it.", command_selftest },
+    { "rules", "[--book]", "Lists the rules.", command_rules },
     { "certify", "MODULE.tgm --key FILE [options]",
       "Judges a module by the frozen suite and signs that it passed.", command_certify },
     { "verify", "CERTIFICATE MODULE.tgm --key FILE [--evidence DIR]",
@@ -40,7 +40,7 @@ static void usage(FILE *stream)
 {
     fprintf(stream, "tgm %s - conformance harness for TG Motion PLC modules\n\n", TGM_VERSION_TEXT);
     for (size_t i = 0; i < COMMAND_COUNT; i++)
-        fprintf(stream, "  tgm %-8s %-22s %s\n", commands[i].name, commands[i].usage,
+        fprintf(stream, "  tgm %s %s\n      %s\n", commands[i].name, commands[i].usage,
                 commands[i].summary);
     fprintf(stream, "\ntgm COMMAND --help lists the options. Exit status: 0 PASS, 1 FAIL, 3 "
                     "INCOMPLETE, 2 a wrong call or\n"
@@ -50,16 +50,15 @@ static void usage(FILE *stream)
 static int unknown_command(const char *word)
 {
     const char *names[COMMAND_COUNT];
-    for (size_t i = 0; i < COMMAND_COUNT; i++)
+    char all[256] = "";
+    for (size_t i = 0, at = 0; i < COMMAND_COUNT; i++) {
         names[i] = commands[i].name;
+        at += (size_t)snprintf(all + at, sizeof all - at, " %s", names[i]);
+    }
     const char *close = nearest(word, names, COMMAND_COUNT);
     if (close != NULL)
         return complain(NULL, "unknown command '%s' (did you mean %s?)", word, close);
-    return complain(
-        NULL,
-        "unknown command '%s'; allowed: check run bus inspect new config registers device "
-        "rules explain certify verify keygen help version",
-        word);
+    return complain(NULL, "unknown command '%s'; allowed:%s help version", word, all);
 }
 
 /* A closed standard stream must not become the next file that is opened. */

@@ -208,6 +208,23 @@ bool options_read(const struct command *command, const struct option *options, i
     return true;
 }
 
+bool patterns_join(const struct command *command, const struct option_texts *patterns,
+                   char out[PATTERNS_MAX], const char **joined)
+{
+    size_t at = 0;
+    for (size_t i = 0; i < patterns->count; i++) {
+        const int length =
+            snprintf(out + at, PATTERNS_MAX - at, "%s%s", i > 0 ? "," : "", patterns->texts[i]);
+        if ((size_t)length >= PATTERNS_MAX - at) {
+            complain(command, "too many patterns of rules");
+            return false;
+        }
+        at += (size_t)length;
+    }
+    *joined = patterns->count > 0 ? out : NULL;
+    return true;
+}
+
 const struct profile *profile_or_complain(const struct command *command, const char *name)
 {
     const struct profile *profile = profile_find(name);

@@ -147,7 +147,8 @@ int plot_draw(const struct plot *plot, const struct command *command, const char
     kind_of(path, &kind);
     int r = output_open(&output, path);
     if (r == 0) {
-        const char *file = output.temporary != NULL ? output.temporary : output.path;
+        char file[OUTPUT_FILE];
+        output_file(&output, file);
         const bool good = tell_gnuplot(&picture, kind, file);
         r = output_close(&output, good);
         if (!good)

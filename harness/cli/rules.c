@@ -2,18 +2,29 @@
 #include <string.h>
 
 #include "cli/cli.h"
+#include "conformance/rule_book.h"
 #include "conformance/rules.h"
 
 #define RULES_MAX 256
 
 int command_rules(const struct command *command, int argc, char **argv)
 {
-    const struct option table[] = { { 0 } };
+    bool book = false;
+    const struct option table[] = {
+        { "--book", OPTION_FLAG, NULL,
+          "the rule book whose SHA-256 reports and certificates name: rules, profiles, experiments",
+          &book, 0, 0 },
+        { 0 },
+    };
     int words, status;
     if (!options_read(command, table, argc, argv, NULL, 0, &words, &status))
         return status;
+    if (book) {
+        rule_book_write(stdout);
+        return EXIT_OK;
+    }
     for (size_t i = 0; rule_at(i) != NULL; i++)
-        printf("%-22s %-6s %-6s %s\n", rule_at(i)->id, rule_group_name(rule_at(i)->group),
+        printf("%-25s %-9s %-6s %s\n", rule_at(i)->id, rule_group_name(rule_at(i)->group),
                severity_name(rule_at(i)->severity), rule_at(i)->title);
     return EXIT_OK;
 }

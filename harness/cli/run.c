@@ -3,7 +3,6 @@
 #include <inttypes.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 #include <unistd.h>
 
 #include "cli/capture.h"
@@ -16,16 +15,29 @@
 #include "cli/path.h"
 #include "cli/record.h"
 #include "cli/scenario.h"
+#include "conformance/check.h"
 #include "conformance/profile.h"
 #include "conformance/rules.h"
 #include "host/can.h"
 
 #define RUN_WHY 1024
 
+/* As the command line has it. */
+struct asked {
+    const char *profile, *config, *bus, *faults, *can, *path, *preempt, *clock, *prefix;
+    bool shm;
+    uint64_t duration, cycle_us, seed, path_start_ns;
+};
+
 /* One run on its way: what was asked for and what has been shown so far. */
 struct run {
     const struct command *command;
     const struct image *image;
+    struct asked asked;
+    struct configuration configuration;
+    struct interp_path path;
+    struct scenario *scenario;
+    char *faults, *can;
     struct experiment experiment;
     struct record record;
     struct plant plant; /* with --bus */
@@ -40,13 +52,6 @@ struct run {
     uint64_t messages_shown, faults_shown, lines_shown;
     double begin, shown_at;
 };
-
-static double seconds(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (double)t.tv_sec + (double)t.tv_nsec * 1e-9;
-}
 
 /* Text from the module must not move the cursor or fake a line of ours: evidence_clean() took
  * controls out. */
@@ -75,8 +80,8 @@ static void show_line(const struct run *run, const struct evidence_line *line)
     char text[SCENARIO_TEXT], when[32];
     snprintf(when, sizeof when, "%.6f s", (double)line->time_ns * 1e-9);
     scenario_tell_line(run->experiment.host.scenario, line, text);
-    fprintf(run->screen, "%s  %-17s  %-11s  %s\n", run->terminal ? "\r\033[K" : "",
-            when, "scenario", text);
+    fprintf(run->screen, "%s  %-17s  %-11s  %s\n", run->terminal ? "\r\033[K" : "", when,
+            "scenario", text);
 }
 
 static int64_t message_time(const struct run *run, const struct evidence_message *message)
@@ -130,7 +135,7 @@ static void show_events(struct run *run, const struct evidence *evidence)
 
 static void show_status(struct run *run, const struct evidence *evidence)
 {
-    const double elapsed = seconds() - run->begin;
+    const double elapsed = check_seconds() - run->begin;
     const double simulated = (double)evidence->time_ns * 1e-9;
     char all[32] = "";
     if (!run->experiment.until_played) /* otherwise nobody knows how many there will be */
@@ -151,7 +156,7 @@ static void progress(void *argument, const struct evidence *evidence, const doub
     struct run *run = argument;
     if (row_count > 0)
         record_rows(&run->record, evidence, rows, row_count);
-    const double now = seconds();
+    const double now = check_seconds();
     if (now - run->shown_at < (run->terminal ? 0.1 : 1.0))
         return;
     run->shown_at = now;
@@ -226,7 +231,7 @@ static int play(struct run *run, const char *path)
 {
     struct experiment_result result;
     const char *slash = strrchr(path, '/');
-    run->begin = run->shown_at = seconds();
+    run->begin = run->shown_at = check_seconds();
     int r;
     if (run->in_process) {
         memset(&result, 0, sizeof result);
@@ -276,6 +281,8 @@ static int read_bus(struct run *run, const char *path)
 {
     static struct busfile *file;
     char why[LIBRARY_WHY];
+    if (path == NULL)
+        return 0;
     if (busfile_read(&file, path, why) != 0)
         return complain(run->command, "%s", why);
     run->plant = (struct plant){ .devices = file->devices,
@@ -283,20 +290,21 @@ static int read_bus(struct run *run, const char *path)
                                  .library = file->library,
                                  .redundant = file->redundant,
                                  .as_found = true };
+    run->experiment.host.plant = &run->plant;
     return 0;
 }
 
-static int read_can(struct run *run, const char *path, char **script)
+static int read_can(struct run *run, const char *path)
 {
     static struct can can;
     char why[CAN_WHY];
     if (path == NULL)
         return 0;
-    if ((*script = read_text(run->command, "CAN script", path)) == NULL)
+    if ((run->can = read_text(run->command, "CAN script", path)) == NULL)
         return EXIT_CALL;
-    if (can_open(&can, *script, path, 1, why) != 0)
+    if (can_open(&can, run->can, path, 1, why) != 0)
         return complain(run->command, "%s", why);
-    run->experiment.host.can = *script;
+    run->experiment.host.can = run->can;
     run->experiment.host.can_name = path;
     return 0;
 }
@@ -367,26 +375,124 @@ static void plan_length(struct run *run, uint64_t duration)
     run->experiment.cycles = (duration + cycle_ns - 1) / cycle_ns;
 }
 
+/* What the product allows. */
+static int choose_product(struct run *run, const struct product *product)
+{
+    struct asked *asked = &run->asked;
+    struct host_config *host = &run->experiment.host;
+    char allowed[128];
+    int status;
+    host->plant = &plant_default;
+    if (asked->config != NULL && (status = configuration_open(&run->configuration, run->command,
+                                                              asked->config, product, host)) != 0)
+        return status;
+    if (asked->cycle_us == 0)
+        asked->cycle_us = host->cycle_us != 0 ? host->cycle_us : product->default_cycle_us;
+    if (asked->cycle_us > UINT32_MAX || !product_allows_cycle(product, (uint32_t)asked->cycle_us)) {
+        product_cycles_text(product, allowed, sizeof allowed);
+        return complain(run->command, "--cycle must be %s, not %" PRIu64, allowed, asked->cycle_us);
+    }
+    host->product = product;
+    host->cycle_us = (uint32_t)asked->cycle_us;
+    host->seed = asked->seed;
+    return 0;
+}
+
+/* What fits together. */
+static int choose_ways(struct run *run)
+{
+    const struct asked *asked = &run->asked;
+    struct experiment *experiment = &run->experiment;
+    int status;
+    if (is_stdout(run->record.csv_path) && is_stdout(run->pcap_path))
+        return complain(run->command, "--csv and --pcap cannot both go to standard output");
+    if ((status = record_choose(&run->record, run->command, &experiment->host)) != 0)
+        return status;
+    if (clock_read(run->command, asked->clock, experiment) != 0 ||
+        machine_read(run->command, run->machine, experiment) != 0 ||
+        (asked->preempt != NULL && preempt_read(run->command, asked->preempt, experiment) != 0) ||
+        (asked->prefix != NULL && shm_prefix_check(run->command, asked->prefix) != 0))
+        return EXIT_CALL;
+    if (run->in_process && record_recording(&run->record) != NULL)
+        return complain(run->command, "--in-process does not record");
+    if (run->in_process && (experiment->real_clock || asked->shm || asked->prefix != NULL))
+        return complain(run->command, "--in-process has no --clock real and no --shm");
+    if (experiment->real_clock && asked->preempt != NULL)
+        return complain(run->command,
+                        "--preempt is for the virtual clock: the real one interrupts");
+    experiment->host.shm = asked->prefix != NULL ? asked->prefix : asked->shm ? "" : NULL;
+    experiment->host.resettable = true;
+    experiment->name = "run";
+    return 0;
+}
+
+static int read_faults(struct run *run, const char *path)
+{
+    if (path == NULL)
+        return 0;
+    if ((run->faults = read_text(run->command, "fault script", path)) == NULL)
+        return EXIT_CALL;
+    run->experiment.host.faults = run->faults;
+    run->experiment.host.faults_name = path;
+    return 0;
+}
+
+static int read_path(struct run *run, const char *path)
+{
+    const int status = path != NULL ? path_open(&run->path, run->command, path) : 0;
+    if (path == NULL || status != 0)
+        return status;
+    run->experiment.host.path = &run->path;
+    run->experiment.host.path_start_ns = run->asked.path_start_ns;
+    return 0;
+}
+
+static int read_scenario(struct run *run, const struct product *product)
+{
+    if (run->scenario_path == NULL)
+        return 0;
+    run->scenario = scenario_from_file(run->command, run->scenario_path, product);
+    run->experiment.host.scenario = run->scenario;
+    return run->scenario != NULL ? 0 : EXIT_CALL;
+}
+
+static int read_files(struct run *run, const struct product *product)
+{
+    const struct asked *asked = &run->asked;
+    int status = eeprom_read(run->command, &run->eeprom, &run->experiment.host);
+    if (status == 0)
+        status = read_can(run, asked->can);
+    if (status == 0)
+        status = read_faults(run, asked->faults);
+    if (status == 0)
+        status = read_path(run, asked->path);
+    if (status == 0)
+        status = read_bus(run, asked->bus);
+    return status == 0 ? read_scenario(run, product) : status;
+}
+
+static void close_files(struct run *run)
+{
+    scenario_close(run->scenario);
+    free(run->faults);
+    free(run->can);
+    path_close(&run->path);
+    configuration_close(&run->configuration);
+}
+
 int command_run(const struct command *command, int argc, char **argv)
 {
-    static struct run run;
-    const char *profile_name = "pc4", *bus = NULL, *module = NULL, *faults = NULL;
-    const char *config = NULL;
-    static struct configuration configuration;
-    static struct interp_path path;
-    const char *path_file = NULL;
-    uint64_t path_start = UINT64_C(1000000000);
-    const char *can = NULL;
-    char *script = NULL, *can_script = NULL;
-    struct scenario *scenario = NULL;
-    const char *preempt = NULL, *clock = "virtual", *prefix = NULL;
-    bool shm = false;
-    uint64_t duration = 0, cycle_us = 0, seed = DEFAULT_SEED;
+    static struct run run = { .asked = { .profile = "pc4",
+                                         .clock = "virtual",
+                                         .seed = DEFAULT_SEED,
+                                         .path_start_ns = UINT64_C(1000000000) } };
+    const char *module = NULL;
     const struct option table[] = {
         { "--for", OPTION_DURATION, "TIME",
-          "simulated time, as in 500ms (default 2s, or as long as the scenario)", &duration, 0, 0 },
-        { "--cycle", OPTION_NUMBER, "US", "Cycle_Time in microseconds (default 500)", &cycle_us, 0,
-          0 },
+          "simulated time, as in 500ms (default 2s, or as long as the scenario)",
+          &run.asked.duration, 0, 0 },
+        { "--cycle", OPTION_NUMBER, "US", "Cycle_Time in microseconds (default 500)",
+          &run.asked.cycle_us, 0, 0 },
         { "--record", OPTION_TEXT, "NAMES",
           "registers to record, as in 'SERVO[0].Position,DIO[0].In0'", &run.record.registers, 0,
           0 },
@@ -406,43 +512,45 @@ int command_run(const struct command *command, int argc, char **argv)
         { "--pcap", OPTION_TEXT, "FILE", "capture of the bus for Wireshark, - for standard output",
           &run.pcap_path, 0, 0 },
         { "--seed", OPTION_NUMBER, "N", "seed of places, poison and machine (default 0x1d2f)",
-          &seed, 0, 0 },
+          &run.asked.seed, 0, 0 },
         { "--bus", OPTION_TEXT, "FILE",
-          "what stands on the bus (docs/bus-files.md); default: one drive, one 8/8 terminal", &bus,
-          0, 0 },
+          "what stands on the bus (docs/bus-files.md); default: one drive, one 8/8 terminal",
+          &run.asked.bus, 0, 0 },
         { "--faults", OPTION_TEXT, "FILE", "what goes wrong on the bus, and when (docs/faults.md)",
-          &faults, 0, 0 },
+          &run.asked.faults, 0, 0 },
         { "--scenario", OPTION_TEXT, "FILE",
           "plays the machine and says what is expected of the module (docs/scenarios.md)",
           &run.scenario_path, 0, 0 },
         { "--eeprom", OPTION_TEXT, "FILE", "what is stored in the EEPROM; written anew when saved",
           &run.eeprom.path, 0, 0 },
-        { "--can", OPTION_TEXT, "FILE", "what stands on the CAN bus (docs/can.md)", &can, 0, 0 },
-        { "--path", OPTION_TEXT, "FILE", "a path for interpolator 0 (docs/path-files.md)",
-          &path_file, 0, 0 },
-        { "--path-start", OPTION_DURATION, "TIME", "when it is started (default 1s)", &path_start,
+        { "--can", OPTION_TEXT, "FILE", "what stands on the CAN bus (docs/can.md)", &run.asked.can,
           0, 0 },
+        { "--path", OPTION_TEXT, "FILE", "a path for interpolator 0 (docs/path-files.md)",
+          &run.asked.path, 0, 0 },
+        { "--path-start", OPTION_DURATION, "TIME", "when it is started (default 1s)",
+          &run.asked.path_start_ns, 0, 0 },
         { "--preempt", OPTION_TEXT, "HOW",
           "interrupt Program_01 to 03 by what is above them: seeded, or at=N for instruction N",
-          &preempt, 0, 0 },
+          &run.asked.preempt, 0, 0 },
         { "--reload-at", OPTION_DURATION, "TIME", "run the PLC again (Run sequence) at that time",
           &run.experiment.reload_ns, 0, 0 },
         { "--machine", OPTION_TEXT, "KIND",
           "native, or instrumented: an emulated CPU (default: native where the module can)",
           &run.machine, 0, 0 },
-        { "--clock", OPTION_TEXT, "WHICH", "virtual (default), or real: the wall clock", &clock, 0,
-          0 },
+        { "--clock", OPTION_TEXT, "WHICH", "virtual (default), or real: the wall clock",
+          &run.asked.clock, 0, 0 },
         { "--shm", OPTION_FLAG, NULL,
-          "memories as POSIX shared memory: /TGM_System, /TGM_Servo ... (docs/running.md)", &shm, 0,
-          0 },
-        { "--shm-prefix", OPTION_TEXT, "TEXT", "the same with TEXT in front of the names", &prefix,
-          0, 0 },
+          "memories as POSIX shared memory: /TGM_System, /TGM_Servo ... (docs/running.md)",
+          &run.asked.shm, 0, 0 },
+        { "--shm-prefix", OPTION_TEXT, "TEXT", "the same with TEXT in front of the names",
+          &run.asked.prefix, 0, 0 },
         { "--in-process", OPTION_FLAG, NULL,
           "no worker and no sandbox, for a debugger (make debug)", &run.in_process, 0, 0 },
         { "--config", OPTION_TEXT, "FILE",
-          "configuration of TG Motion (docs/configuration.md); other options win", &config, 0, 0 },
-        { "--profile", OPTION_TEXT, "NAME", "which TG Motion to be: pc4 (default)", &profile_name,
-          0, 0 },
+          "configuration of TG Motion (docs/configuration.md); other options win",
+          &run.asked.config, 0, 0 },
+        { "--profile", OPTION_TEXT, "NAME", "which TG Motion to be: pc4 (default)",
+          &run.asked.profile, 0, 0 },
         { 0 },
     };
     int words, status;
@@ -451,72 +559,19 @@ int command_run(const struct command *command, int argc, char **argv)
         return status;
     if (words == 0)
         return complain(command, "which module? usage: tgm run %s", command->usage);
-    const struct profile *profile = profile_or_complain(command, profile_name);
+    const struct profile *profile = profile_or_complain(command, run.asked.profile);
     if (profile == NULL)
         return EXIT_CALL;
     const struct product *product = product_find(profile->product);
-    struct host_config *host = &run.experiment.host;
-    host->plant = &plant_default;
-    if (config != NULL &&
-        (status = configuration_open(&configuration, command, config, product, host)) != 0)
-        return status;
-    if (cycle_us == 0)
-        cycle_us = host->cycle_us != 0 ? host->cycle_us : product->default_cycle_us;
-    if (cycle_us > UINT32_MAX || !product_allows_cycle(product, (uint32_t)cycle_us)) {
-        char allowed[128];
-        product_cycles_text(product, allowed, sizeof allowed);
-        return complain(command, "--cycle must be %s, not %" PRIu64, allowed, cycle_us);
+    status = choose_product(&run, product);
+    if (status == 0)
+        status = choose_ways(&run);
+    if (status == 0)
+        status = read_files(&run, product);
+    if (status == 0) {
+        plan_length(&run, run.asked.duration);
+        status = start(&run, profile, module);
     }
-    run.experiment.host.product = product;
-    if (is_stdout(run.record.csv_path) && is_stdout(run.pcap_path))
-        return complain(command, "--csv and --pcap cannot both go to standard output");
-    if ((status = record_choose(&run.record, command, &run.experiment.host)) != 0)
-        return status;
-    if (clock_read(command, clock, &run.experiment) != 0 ||
-        machine_read(command, run.machine, &run.experiment) != 0 ||
-        (preempt != NULL && preempt_read(command, preempt, &run.experiment) != 0) ||
-        (prefix != NULL && shm_prefix_check(command, prefix) != 0))
-        return EXIT_CALL;
-    if (run.in_process && record_recording(&run.record) != NULL)
-        return complain(command, "--in-process does not record");
-    if (run.in_process && (run.experiment.real_clock || shm || prefix != NULL))
-        return complain(command, "--in-process has no --clock real and no --shm");
-    if (run.experiment.real_clock && preempt != NULL)
-        return complain(command, "--preempt is for the virtual clock: the real one interrupts");
-    run.experiment.host.shm = prefix != NULL ? prefix : shm ? "" : NULL;
-    run.experiment.host.resettable = true;
-    if ((status = eeprom_read(command, &run.eeprom, &run.experiment.host)) != 0 ||
-        (status = read_can(&run, can, &can_script)) != 0)
-        return status;
-    if (faults != NULL && (script = read_text(command, "fault script", faults)) == NULL)
-        return EXIT_CALL;
-    if (path_file != NULL) {
-        if ((status = path_open(&path, command, path_file)) != 0)
-            return status;
-        host->path = &path;
-        host->path_start_ns = path_start;
-    }
-    if (faults != NULL) {
-        host->faults = script;
-        host->faults_name = faults;
-    }
-    run.experiment.name = "run";
-    run.experiment.host.cycle_us = (uint32_t)cycle_us;
-    run.experiment.host.seed = seed;
-    if (bus != NULL && (status = read_bus(&run, bus)) != 0)
-        return status;
-    if (bus != NULL)
-        host->plant = &run.plant;
-    if (run.scenario_path != NULL &&
-        (scenario = scenario_from_file(command, run.scenario_path, product)) == NULL)
-        return EXIT_CALL;
-    host->scenario = scenario;
-    plan_length(&run, duration);
-    status = start(&run, profile, module);
-    scenario_close(scenario);
-    free(script);
-    free(can_script);
-    path_close(&path);
-    configuration_close(&configuration);
+    close_files(&run);
     return status;
 }

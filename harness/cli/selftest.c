@@ -34,9 +34,10 @@ static json_t *fixtures_json(const struct selftest *test, const struct rule *rul
         const struct selftest_fixture *fixture = &test->fixtures[i];
         if (fixture->rule == rule)
             json_array_append_new(
-                list, json_pack("{s:s, s:b, s:b, s:s, s:s}", "name", fixture->name, "bad",
+                list, json_pack("{s:s, s:b, s:b, s:s, s:s, s:s}", "name", fixture->name, "bad",
                                 fixture->bad, "right", fixture->right, "why", fixture->why,
-                                "findings", fixture->findings != NULL ? fixture->findings : ""));
+                                "findings", fixture->findings != NULL ? fixture->findings : "",
+                                "not_judged", fixture->reasons != NULL ? fixture->reasons : ""));
     }
     return list;
 }
@@ -86,7 +87,7 @@ static void print_matrix(const struct selftest *test, const char *rules)
 static void print_text(const struct selftest *test, const char *rules)
 {
     for (size_t i = 0; i < test->count; i++)
-        if (!test->fixtures[i].right)
+        if (test->fixtures[i].tried && !test->fixtures[i].right)
             printf("WRONG  %s/%s\n       %s\n", test->fixtures[i].rule->id, test->fixtures[i].name,
                    test->fixtures[i].why);
     print_matrix(test, rules);
@@ -102,9 +103,13 @@ int command_selftest(const struct command *command, int argc, char **argv)
     char why[SELFTEST_WHY];
     uint64_t jobs = 0;
     bool json = false;
+    struct option_texts patterns = { .count = 0 };
+    static char selection[PATTERNS_MAX];
     const struct option table[] = {
-        { "--rule", OPTION_TEXT, "PATTERN", "only the rules whose id matches, as in 'ini-*'",
-          &options.rules, 0, 0 },
+        { "--rule", OPTION_TEXTS, "PATTERN",
+          "only the rules whose id matches, as in 'ini-*'; '!PATTERN': not those; may be given "
+          "again",
+          &patterns, 0, 0 },
         { "--fixtures", OPTION_TEXT, "DIR", "where the modules are (default: beside the program)",
           &options.folder, 0, 0 },
         { "--jobs", OPTION_NUMBER, "N", "modules at the same time (default: one for each core)",
@@ -112,12 +117,21 @@ int command_selftest(const struct command *command, int argc, char **argv)
         { "--own", OPTION_FLAG, NULL,
           "judge each module by its own rule alone: quick, but that no other trips is not shown",
           &options.first_only, 0, 0 },
+        { "--by", OPTION_TEXT, "PATTERN", "judge every module by these rules alone",
+          &options.judges, 0, 0 },
+        { "--evidence", OPTION_TEXT, "DIR", "keep what the modules did", &options.evidence, 0, 0 },
+        { "--from-evidence", OPTION_TEXT, "DIR", "judge what was kept there; run nothing",
+          &options.from_evidence, 0, 0 },
+        { "--first", OPTION_FLAG, NULL, "end at the first module that is not judged as it should",
+          &options.first_wrong, 0, 0 },
         { "--json", OPTION_FLAG, NULL, "as JSON (docs/json.md)", &json, 0, 0 },
         { 0 },
     };
     int words, status;
     if (!options_read(command, table, argc, argv, NULL, 0, &words, &status))
         return status;
+    if (!patterns_join(command, &patterns, selection, &options.rules))
+        return EXIT_CALL;
     if (options.folder == NULL && find_fixtures(found))
         options.folder = found;
     if (options.folder == NULL)

@@ -323,6 +323,12 @@ void audit_begin(struct audit *audit, enum entry entry, uint64_t cycle, bool op)
             (struct audit_call){ .entry = entry, .cycle = cycle, .op = op };
 }
 
+void audit_pause(struct audit *audit)
+{
+    if (audit->depth > 0)
+        audit->depth--;
+}
+
 void audit_end(struct audit *audit, bool returned, uint64_t instructions, uint64_t stack_bytes)
 {
     if (audit->depth == 0)

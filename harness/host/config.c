@@ -42,7 +42,8 @@ static void section_begins(struct reading *r, const char *line)
     for (size_t i = 0; config_key(i) != NULL; i++) {
         if (strcasecmp(config_key(i)->section, name) == 0)
             return;
-        names[count++] = config_key(i)->section;
+        if (count == 0 || strcmp(names[count - 1], config_key(i)->section) != 0)
+            names[count++] = config_key(i)->section;
     }
     r->known = false;
     const char *close = scan_nearest(name, names, count);

@@ -53,13 +53,23 @@ static unsigned servo_line(const struct config *config, unsigned n)
     return first;
 }
 
+/* One more than the highest number of a servo that is mentioned. */
+static unsigned servos_named(const struct config *config)
+{
+    unsigned after = 0;
+    for (size_t i = 0; config_key(i) != NULL; i++) {
+        unsigned n = config_key(i)->each == CONFIG_EACH_SERVO ? config->product->max_servo : 0;
+        while (n > after && config->line[i][n - 1] == 0)
+            n--;
+        after = n > after ? n : after;
+    }
+    return after;
+}
+
 /* Servos have numbers from 00 on, without gaps, and each has a type. */
 static void count_servos(struct config *config)
 {
-    unsigned after = 0;
-    for (unsigned n = 0; n < config->product->max_servo; n++)
-        if (servo_line(config, n) != 0)
-            after = n + 1;
+    const unsigned after = servos_named(config);
     for (unsigned n = 0; n < after; n++) {
         const unsigned line = servo_line(config, n);
         if (line == 0)

@@ -429,7 +429,8 @@ void config_defaults(struct config *config, const struct product *product)
         const int64_t value = default_of(key, product);
         if (key->kind == CONFIG_MAC || key->kind == CONFIG_FILE)
             continue;
-        for (unsigned n = 0; n < config_key_count(key, product); n++) {
+        const unsigned count = config_key_count(key, product);
+        for (unsigned n = 0; n < count; n++) {
             const int64_t node = n + 1;
             memcpy(place_of(key, config, n),
                    key->offset == offsetof(struct config, servos[0].node) ? &node : &value,

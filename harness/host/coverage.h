@@ -5,8 +5,8 @@
 
 #include <stdint.h>
 
-#define COVERAGE_MOST                                                                              \
-    524288 /* bytes of a module that are followed: those of its lowest addresses */
+/* Bytes of a module that are followed: those of its lowest addresses. */
+#define COVERAGE_MOST 524288
 
 /* All zero: nothing is known (a native machine). */
 struct coverage {

@@ -35,6 +35,7 @@ static void clean_incident(struct evidence_incident *incident)
     clean_bool(&incident->fault.in_module);
     clean_bool(&incident->fault.has_pc);
     clean_bool(&incident->fault.syscall_i386);
+    clean_bool(&incident->fault.syscall_arm);
     incident->fault.service = NULL;
     end_text(incident->fault.region, sizeof incident->fault.region);
     end_text(incident->service, sizeof incident->service);
@@ -56,6 +57,7 @@ static void clean_race(struct evidence_race *race)
     clean_bool(&race->fault.in_module);
     clean_bool(&race->fault.has_pc);
     clean_bool(&race->fault.syscall_i386);
+    clean_bool(&race->fault.syscall_arm);
     race->fault.service = NULL;
     end_text(race->fault.region, sizeof race->fault.region);
 }
@@ -126,6 +128,9 @@ void evidence_clean(struct evidence *evidence)
     coverage_clean(&evidence->coverage);
     sketch_clean(&evidence->sketch);
     clean_bool(&evidence->clock.used);
+    clean_bool(&evidence->clock.priority);
+    clean_bool(&evidence->clock.pinned);
+    clean_bool(&evidence->clock.locked);
     end_text(evidence->clock.notice, sizeof evidence->clock.notice);
     end_text(evidence->trouble, sizeof evidence->trouble);
 }

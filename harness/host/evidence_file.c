@@ -58,67 +58,34 @@ static size_t bytes_of(const struct evidence_row *rows)
     return bytes;
 }
 
-/* A value where the structure has it, as a number. */
-static uint64_t load(const void *at, size_t size)
-{
-    uint16_t two;
-    uint32_t four;
-    uint64_t eight;
-    switch (size) {
-    case 1:
-        return *(const uint8_t *)at;
-    case 2:
-        memcpy(&two, at, sizeof two);
-        return two;
-    case 4:
-        memcpy(&four, at, sizeof four);
-        return four;
-    default:
-        memcpy(&eight, at, sizeof eight);
-        return eight;
-    }
-}
-
-static void store(void *at, size_t size, uint64_t value)
-{
-    const uint8_t one = (uint8_t)value;
-    const uint16_t two = (uint16_t)value;
-    const uint32_t four = (uint32_t)value;
-    memcpy(at,
-           size == 1   ? (const void *)&one
-           : size == 2 ? (const void *)&two
-           : size == 4 ? (const void *)&four
-                       : (const void *)&value,
-           size);
-}
+/* Values stand in the structure as they do in the file, one behind the other. */
+_Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "the file's order of bytes");
 
 static uint8_t *values_out(const struct evidence_row *rows, const char *base, uint8_t *to)
 {
-    for (; rows->name != NULL; rows++)
-        for (size_t i = 0; i < rows->count; i++) {
-            const char *at = base + rows->offset + i * rows->size;
-            if (rows->of != NULL) {
-                to = values_out(rows->of, at, to);
-                continue;
-            }
-            put(to, load(at, rows->size), rows->size);
-            to += rows->size;
+    for (; rows->name != NULL; rows++) {
+        if (rows->of == NULL) {
+            memcpy(to, base + rows->offset, rows->count * rows->size);
+            to += rows->count * rows->size;
+            continue;
         }
+        for (size_t i = 0; i < rows->count; i++)
+            to = values_out(rows->of, base + rows->offset + i * rows->size, to);
+    }
     return to;
 }
 
 static const uint8_t *values_in(const struct evidence_row *rows, char *base, const uint8_t *from)
 {
-    for (; rows->name != NULL; rows++)
-        for (size_t i = 0; i < rows->count; i++) {
-            char *at = base + rows->offset + i * rows->size;
-            if (rows->of != NULL) {
-                from = values_in(rows->of, at, from);
-                continue;
-            }
-            store(at, rows->size, get(from, rows->size));
-            from += rows->size;
+    for (; rows->name != NULL; rows++) {
+        if (rows->of == NULL) {
+            memcpy(base + rows->offset, from, rows->count * rows->size);
+            from += rows->count * rows->size;
+            continue;
         }
+        for (size_t i = 0; i < rows->count; i++)
+            from = values_in(rows->of, base + rows->offset + i * rows->size, from);
+    }
     return from;
 }
 

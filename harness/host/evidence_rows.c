@@ -38,6 +38,7 @@ static const struct evidence_row fault[] = {
     { VALUE(machine_fault, ip) },
     { VALUE(machine_fault, syscall) },
     { VALUE(machine_fault, syscall_i386) },
+    { VALUE(machine_fault, syscall_arm) },
     { VALUES(machine_fault, region) },
     { VALUE(machine_fault, region_offset) },
     { VALUE(machine_fault, region_size) },

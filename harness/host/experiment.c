@@ -207,6 +207,7 @@ static int prepare(const struct experiment *experiment, struct host_config *arou
             experiment->poison != MACHINE_POISON_NONE ? experiment->poison : MACHINE_POISON_SEEDED,
         .hang_ns = hang_ns,
         .interruptible = experiment->real_clock || around->preempt.mode != PREEMPT_NONE,
+        .asides = true,
     };
     int r = trace_open(experiment, around, evidence, &config);
     if (r == 0)
@@ -360,13 +361,16 @@ static void note_damage(const struct relay *r, struct evidence *evidence)
 }
 
 /* Only what does not come to an end by itself takes so long, on a busy computer as well: an
- * emulated CPU is some thirty times slower. */
+ * emulated CPU is some thirty times slower, and trying out interrupts takes a second for each of
+ * machine time. */
 static uint64_t wall_limit(const struct experiment *experiment, bool instrumented)
 {
     const uint64_t cycle_us =
         experiment->host.cycle_us > 1000 ? experiment->host.cycle_us : UINT64_C(1000);
-    const uint64_t limit = UINT64_C(10000000000) + experiment->cycles * cycle_us * 2000;
-    return instrumented ? 12 * limit : limit;
+    const uint64_t begin = UINT64_C(10000000000), cycles = experiment->cycles * cycle_us * 2000;
+    return instrumented                                     ? 12 * (begin + cycles)
+           : experiment->host.preempt.mode == PREEMPT_TRIED ? begin + 12 * cycles
+                                                            : begin + cycles;
 }
 
 int experiment_run(const struct experiment *experiment, const struct image *image,

@@ -23,13 +23,15 @@ struct experiment {
     struct host_config host; /* product, Cycle_Time, mutation, seed ... */
     uint64_t cycles;         /* 0: only Program_Ini is called */
     bool until_played;       /* no longer than until its scenario is at its end */
-    uint64_t wall_ns; /* limit on the worker; 0 = 10 s, and 2 ms or two Cycle_Times a cycle; twelve
-                         times that on the emulated CPU */
+    uint64_t
+        wall_ns; /* limit on the worker; 0 = 10 s, and 2 ms or two Cycle_Times a cycle; twelve
+                    times that on the emulated CPU, and for cycles where interrupts are tried */
     uint64_t reload_ns; /* simulated time at which the PLC is run again (host_run); 0: never */
     enum machine_poison poison; /* MACHINE_POISON_NONE: the usual one, MACHINE_POISON_SEEDED */
     uint64_t places;            /* where things lie: machine_config */
     bool traced;                /* on the instrumented machine; what it sees is in evidence.audit */
     bool instrumented; /* on the emulated CPU; where a module runs natively nowhere, always */
+    bool plain;        /* `tgm run` repeats it: nothing about it is out of the ordinary */
     bool real_clock;   /* slots come when they are due by the wall clock (realtime.h) */
     /* Ends the run with the cycle when it becomes true; NULL: nothing does. Needs a progress
      * function. */

@@ -9,22 +9,40 @@
 /* AL states are read every so many cycles: more often than anything reacts to them. */
 enum { POLL_CYCLES = 4 };
 
+#define LIST_ACTS(host, moment)                                                                    \
+    do {                                                                                           \
+        size_t count_ = 0;                                                                         \
+        for (size_t part_ = 0; host_parts[part_] != NULL; part_++)                                 \
+            if (host_parts[part_]->moment != NULL)                                                 \
+                (host)->acts.moment[count_++] = host_parts[part_]->moment;                         \
+    } while (0)
+
+/* Every part that wants to act at this moment, in order. */
+#define ACT(host, moment)                                                                          \
+    do {                                                                                           \
+        for (void (**act_)(struct host *) = (host)->acts.moment; *act_ != NULL; act_++)            \
+            (*act_)(host);                                                                         \
+    } while (0)
+
+static void list_acts(struct host *host)
+{
+    LIST_ACTS(host, cycle);
+    LIST_ACTS(host, receive);
+    LIST_ACTS(host, send);
+    LIST_ACTS(host, profile);
+    LIST_ACTS(host, slot);
+    LIST_ACTS(host, sample);
+}
+
 static int parts_open(struct host *host, char why[HOST_WHY])
 {
     int r = 0;
+    list_acts(host);
     for (size_t i = 0; host_parts[i] != NULL && r == 0; i++)
         if (host_parts[i]->open != NULL)
             r = host_parts[i]->open(host, why);
     return r;
 }
-
-/* Every part that wants to act at this moment, in order. */
-#define EACH_PART(host, moment)                                                                    \
-    do {                                                                                           \
-        for (size_t part_ = 0; host_parts[part_] != NULL; part_++)                                 \
-            if (host_parts[part_]->moment != NULL)                                                 \
-                host_parts[part_]->moment(host);                                                   \
-    } while (0)
 
 static int bus_start(struct host *host, char why[HOST_WHY])
 {
@@ -162,6 +180,37 @@ void host_incident(struct host *host, enum entry entry, const struct machine_out
     incident->fault.service = NULL;
 }
 
+void host_calling(struct host *host, enum entry entry)
+{
+    host->evidence->entry = entry;
+    host->evidence->stage = EVIDENCE_CALLING;
+    host->preempt.called |= 1u << entry;
+    watch_begin(host, entry);
+}
+
+bool host_called(struct host *host, enum entry entry, const struct machine_outcome *outcome)
+{
+    struct evidence *evidence = host->evidence;
+    evidence->entry = entry;
+    evidence->stage = EVIDENCE_BETWEEN;
+    watch_end(host, entry, outcome);
+    if (outcome->kind == MACHINE_ASIDE) {
+        sleep_begins(host, entry, outcome->aside);
+        return false;
+    }
+    preempt_done(host, entry);
+    if (outcome->kind != MACHINE_RETURNED) {
+        host_incident(host, entry, outcome);
+        return false;
+    }
+    statistics_call(host, entry, outcome->elapsed_ns);
+    evidence->calls[entry].count++;
+    if (entry == ENTRY_04 && outcome->instructions != 0)
+        sketch_note(&evidence->sketch, SKETCH_INSTRUCTIONS, (double)outcome->instructions);
+    evidence->calls[entry].last_value = (int32_t)outcome->value;
+    return true;
+}
+
 /* One call of one function; a function that once failed to return is not called again until the
  * module is loaded again. */
 bool host_call(struct host *host, enum entry entry)
@@ -170,29 +219,13 @@ bool host_call(struct host *host, enum entry entry)
     struct machine_outcome outcome;
     if (evidence->calls[entry].disabled || host->entry_address[entry] == 0)
         return false;
-    evidence->entry = entry;
-    evidence->stage = EVIDENCE_CALLING;
     evidence->called_cycle[entry] = evidence->cycle;
-    host->preempt.called |= 1u << entry;
     if (host->races != NULL)
         races_try(host, entry);
     preempt_plan(host, entry);
-    watch_begin(host, entry);
+    host_calling(host, entry);
     machine_call(host->machine, host->entry_address[entry], host->plc_data_module[entry], &outcome);
-    watch_end(host, entry, &outcome);
-    preempt_done(host, entry);
-    evidence->entry = entry;
-    evidence->stage = EVIDENCE_BETWEEN;
-    if (outcome.kind != MACHINE_RETURNED) {
-        host_incident(host, entry, &outcome);
-        return false;
-    }
-    statistics_call(host, entry, outcome.elapsed_ns);
-    evidence->calls[entry].count++;
-    if (entry == ENTRY_04 && outcome.instructions != 0)
-        sketch_note(&evidence->sketch, SKETCH_INSTRUCTIONS, (double)outcome.instructions);
-    evidence->calls[entry].last_value = (int32_t)outcome.value;
-    return true;
+    return host_called(host, entry, &outcome);
 }
 
 static bool start(struct host *host)
@@ -232,7 +265,7 @@ static void note_axes(struct host *host)
     evidence->axis_count =
         (unsigned)(host->axis_count < EVIDENCE_AXES ? host->axis_count : EVIDENCE_AXES);
     for (unsigned i = 0; i < evidence->axis_count; i++)
-        evidence->axis_position[i] = host->axes[i].reg->Position;
+        evidence->axis_position[i] = host->axes[i].actual;
 }
 
 /* As they are when the cycle is over: what the module commanded, what the drives answered. */
@@ -240,7 +273,7 @@ static void note_course(struct host *host)
 {
     struct sketch *sketch = &host->evidence->sketch;
     for (unsigned i = 0; i < host->evidence->axis_count && i < SKETCH_AXES; i++) {
-        const double position = host->axes[i].reg->Position;
+        const double position = host->axes[i].actual;
         const double commanded = host->axes[i].reg->WritePosition;
         sketch_note(sketch, sketch_of_axis(i, SKETCH_POSITION), position);
         sketch_note(sketch, sketch_of_axis(i, SKETCH_WRITE_POSITION), commanded);
@@ -265,9 +298,11 @@ static void note_faults(struct host *host)
 
 static void receive(struct host *host)
 {
-    EACH_PART(host, cycle);
+    ACT(host, cycle);
     if (host->bus != NULL && host->cycle > host->loop_begin) {
+        const uint64_t begin = host_stopwatch(host);
         const int wkc = bus_receive(host->bus, host->bus_zero + host->now_ns);
+        host->measured.bus_ns += host_stopwatch(host) - begin;
         host->frame_back = wkc > 0;
         host->silent_cycles = host->frame_back ? 0 : host->silent_cycles + 1;
         host->exchanged = host->exchanged || host->frame_back;
@@ -277,28 +312,42 @@ static void receive(struct host *host)
             bus_poll_states(host->bus);
         note_bus(host);
     }
-    EACH_PART(host, receive);
+    ACT(host, receive);
     note_axes(host);
 }
 
 static void send(struct host *host)
 {
-    EACH_PART(host, send);
-    if (host->bus != NULL)
-        bus_send(host->bus, host->bus_zero + host->now_ns);
+    ACT(host, send);
+    if (host->bus == NULL)
+        return;
+    const uint64_t begin = host_stopwatch(host);
+    bus_send(host->bus, host->bus_zero + host->now_ns);
+    host->measured.bus_ns += host_stopwatch(host) - begin;
 }
 
-/* Program_03, 02, 01, each when it is due, and only if it is above the one that is interrupted. */
+/* True when a call of the function has come to its end. */
+static bool run_due(struct host *host, enum entry entry)
+{
+    if (sleep_is(host, entry))
+        sleep_goes_on(host, entry);
+    else if (host->now_ns >= host->due_ns[entry - ENTRY_01] && plc_calls(host))
+        host_call(host, entry);
+    else
+        return false;
+    return !sleep_is(host, entry);
+}
+
+/* Program_03, 02, 01, each when it is due or has slept long enough, and only if it is above the one
+ * that is interrupted. */
 static void call_due(struct host *host)
 {
     const struct host_config *config = &host->config;
     const uint64_t base = host->plc.run_cycle * config->cycle_us * UINT64_C(1000);
     for (int i = 2; i >= 0 && ENTRY_01 + i > (int)host->preempt.interrupted; i--) {
-        if (host->now_ns < host->due_ns[i] || !plc_calls(host))
-            continue;
-        host_call(host, (enum entry)(ENTRY_01 + i));
-        host->due_ns[i] =
-            base + schedule_due(config->product, config->program_period_us[i], host->now_ns - base);
+        if (run_due(host, (enum entry)(ENTRY_01 + i)))
+            host->due_ns[i] = base + schedule_due(config->product, config->program_period_us[i],
+                                                  host->now_ns - base);
     }
 }
 
@@ -327,8 +376,8 @@ static void exchange(struct host *host, const struct slot *slot)
     if (slot->actions & SLOT_SEND)
         send(host);
     if (slot->actions & SLOT_PROFILE)
-        EACH_PART(host, profile);
-    EACH_PART(host, slot);
+        ACT(host, profile);
+    ACT(host, slot);
 }
 
 static void slot_run(struct host *host, const struct slot *slot)
@@ -347,7 +396,7 @@ static void slot_run(struct host *host, const struct slot *slot)
     if ((slot->actions & SLOT_PROGRAM_04) && plc_calls(host))
         host_call(host, ENTRY_04);
     if (slot->actions & SLOT_OSCILLOSCOPE) {
-        EACH_PART(host, sample);
+        ACT(host, sample);
         if (host->sample != NULL)
             host->sample(host->sample_argument, host);
     }
@@ -365,7 +414,9 @@ uint64_t host_next_slot_ns(const struct host *host)
 
 void host_clear_parts(struct host *host)
 {
-    EACH_PART(host, clear);
+    for (size_t i = 0; host_parts[i] != NULL; i++)
+        if (host_parts[i]->clear != NULL)
+            host_parts[i]->clear(host);
 }
 
 static void cycle_begin(struct host *host)

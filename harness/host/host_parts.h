@@ -31,6 +31,7 @@
 #include "host/scenario_play.h"
 #include "host/schedule.h"
 #include "host/servo_wire.h"
+#include "host/sleep.h"
 
 #if TGM_GENERATION == 4
 #define GENERATION(four, five) four
@@ -68,6 +69,7 @@ struct axis {
     uint64_t raw;    /* last position on the wire, wraps */
     double position; /* the same, counting on */
     bool seen;       /* raw is valid */
+    double actual;   /* where it is, inc; SERVO.Position, whatever the module makes of that */
     double sent;     /* last set-point sent, inc */
     double sent_speed;
     bool tracking;          /* the set-point follows the axis because it is not enabled */
@@ -116,6 +118,13 @@ struct axis_error {
     struct bus_job job;
 };
 
+/* SERVO.DigitalOut over CoE, one servo after the other. */
+struct told_outputs {
+    uint32_t values[HOST_AXES]; /* as the drives were told last */
+    bool asked;
+    struct bus_job job;
+};
+
 #define HOST_CHANNELS (2 * (HOST_AXES + HOST_TERMINALS))
 
 struct host;
@@ -135,6 +144,17 @@ struct host_part {
     void (*profile)(struct host *host);
     void (*slot)(struct host *host);
     void (*sample)(struct host *host);
+};
+
+/* Most parts have nothing to do at most moments, and slots are many: who acts is listed once. */
+enum { HOST_PARTS_MOST = 24 };
+struct host_acts {
+    void (*cycle[HOST_PARTS_MOST])(struct host *host); /* each ends with NULL */
+    void (*receive[HOST_PARTS_MOST])(struct host *host);
+    void (*send[HOST_PARTS_MOST])(struct host *host);
+    void (*profile[HOST_PARTS_MOST])(struct host *host);
+    void (*slot[HOST_PARTS_MOST])(struct host *host);
+    void (*sample[HOST_PARTS_MOST])(struct host *host);
 };
 
 struct host {
@@ -169,6 +189,7 @@ struct host {
     struct channel channels[HOST_CHANNELS];
     size_t channel_count;
     struct axis_error errors[HOST_AXES]; /* as axes */
+    struct told_outputs told_outputs;
     struct general generals[GENERAL_DEVICES];
     size_t general_count;
 
@@ -197,8 +218,9 @@ struct host {
 
     struct plc plc;
     struct preempt preempt;
-    struct races *races;   /* NULL: interrupts are not tried out */
-    struct realtime *real; /* NULL: the clock is virtual */
+    struct sleeper sleepers[3]; /* Program_01..03 */
+    struct races *races;        /* NULL: interrupts are not tried out */
+    struct realtime *real;      /* NULL: the clock is virtual */
     struct measured measured;
     struct digester *digester; /* NULL: no digest is wanted */
     struct host_copy *copy;    /* of the start; NULL: TG Motion cannot begin anew */
@@ -206,6 +228,7 @@ struct host {
     size_t interpolator_count;
     bool path_started; /* the one of the configuration */
 
+    struct host_acts acts;
     uint64_t cycle, now_ns, timer_ms;
     size_t slot;          /* the next one of the cycle */
     bool loop;            /* the servo loop runs in this cycle */
@@ -218,7 +241,8 @@ struct host {
 };
 
 /* In the order in which they act; ends with NULL. host_rows.c */
-extern const struct host_part *const host_parts[];
+extern const struct host_part *const host_parts[HOST_PARTS_MOST];
+extern const struct host_part host_servo_outputs;
 extern const struct host_part host_scope;
 extern const struct host_part host_scene;
 extern const struct host_part host_unable;
@@ -300,6 +324,18 @@ enum host_plc plc_state(const struct host *host);
 /* preempt.c: plans how the call of Program_01 to Program_03 that follows is interrupted. */
 void preempt_plan(struct host *host, enum entry entry);
 void preempt_done(struct host *host, enum entry entry);
+/* The same for a call that goes on after it was asleep since that time of realtime_now(). */
+void preempt_plan_on(struct host *host, enum entry entry, uint64_t since_ns);
+
+/* sleep.c: SleepFt of the function that runs, in 100 ns. */
+void sleep_wanted(struct host *host, int64_t units);
+/* Its call has been set aside for it. */
+void sleep_begins(struct host *host, enum entry entry, unsigned aside);
+bool sleep_is(const struct host *host, enum entry entry);
+bool sleep_anyone(const struct host *host);
+/* A function that is asleep: on with its call, if it is time. */
+void sleep_goes_on(struct host *host, enum entry entry);
+void sleep_drop_all(struct host *host);
 
 /* rewind.c. No room for a copy: none is kept. */
 void rewind_keep(struct host *host);
@@ -311,6 +347,9 @@ extern const struct host_part host_measure;
 
 /* host.c, for the files of PLC control */
 bool host_call(struct host *host, enum entry entry);
+/* Around a call that begins or goes on; true when it is over and has returned. */
+void host_calling(struct host *host, enum entry entry);
+bool host_called(struct host *host, enum entry entry, const struct machine_outcome *outcome);
 /* A call that did not return as it should; the function is not called again. */
 void host_incident(struct host *host, enum entry entry, const struct machine_outcome *outcome);
 void host_slot(struct host *host); /* the next one of the schedule */
@@ -344,6 +383,12 @@ void memories_mutate(struct host *host);
 /* A member of a PLC_DATA, by its offset in one of 64 bits: all of them are words, structSize and
  * pointers, so that on 32-bit targets everything is half as large and half as far. */
 void plc_data_put(struct host *host, enum entry entry, size_t offset, uint64_t value);
+
+/* Now, where things are measured, else 0. */
+static inline uint64_t host_stopwatch(const struct host *host)
+{
+    return host->real != NULL ? realtime_now(host->real) : 0;
+}
 
 /* Seconds in a Cycle_Time. */
 static inline double host_cycle_seconds(const struct host *host)

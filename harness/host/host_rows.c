@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 #include "host/host_parts.h"
 
-const struct host_part *const host_parts[] = {
+const struct host_part *const host_parts[HOST_PARTS_MOST] = {
     &host_digest, /* what the cycle before left behind */
     &host_console,
     &host_timers,
@@ -12,6 +12,7 @@ const struct host_part *const host_parts[] = {
     &host_interpolator, /* its positions are set-points of the servos */
     &host_watch,        /* what is about to leave */
     &host_servo,
+    &host_servo_outputs,
     &host_unable,
     &host_capture,
     &host_motion,

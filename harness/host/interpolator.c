@@ -101,12 +101,25 @@ static void publish_positions(struct interpolator *in, const double position[INT
     }
 }
 
+/* Bit by bit, in line: this is asked in every slot. */
+static bool same_place(const double a[INTERP_AXES], const double b[INTERP_AXES])
+{
+    uint64_t differs = 0;
+    for (unsigned axis = 0; axis < INTERP_AXES; axis++) {
+        uint64_t one, other;
+        memcpy(&one, &a[axis], sizeof one);
+        memcpy(&other, &b[axis], sizeof other);
+        differs |= one ^ other;
+    }
+    return differs == 0;
+}
+
 /* It stood in the last step and stands in this one, and no filter has anything to say to it. */
 static bool rests(const struct interpolator *in)
 {
     const struct interp_run *run = &in->run;
     return in->still && !interp_run_is_active(run) && in->spline.points == 0 && in->iir.axes == 0 &&
-           memcmp(run->position, in->position, sizeof in->position) == 0;
+           same_place(run->position, in->position);
 }
 
 /* What a step leaves of one that rests: the module may have written there (M9). */
@@ -231,13 +244,15 @@ static void publish_part(const struct interp_run *run, INTERPOLATOR *reg)
         reg->Tool_Number = part->tool;
 }
 
-static void publish_status(const struct interp_run *run, INTERPOLATOR *reg)
+static void publish_status(struct interpolator *in)
 {
+    const struct interp_run *run = &in->run;
+    INTERPOLATOR *reg = in->reg;
     reg->Status = statuses[run->state];
     reg->Run_Flag = run_flag(run);
 #if TGM_GENERATION == 5 && TGM_MEMORY_ID == 906
     reg->Run_State = reg->Run_Flag >> INTERPOLATOR_RUN_STATE_SOURCE_SHIFT;
-    reg->Act_Rel_Speed = run->override;
+    reg->Act_Rel_Speed = in->override;
 #endif
     reg->Act_Speed = run->speed * PER_MINUTE;
     reg->Move_Distance = run->passed + (run->connecting ? run->resume : run->way);
@@ -253,7 +268,7 @@ static double override_of(struct interpolator *in)
 {
     const double wanted = in->reg->Rel_Speed;
     if (!isnan(wanted))
-        in->override = fmin(fmax(wanted, 0.01), 2);
+        in->override = wanted < 0.01 ? 0.01 : wanted > 2 ? 2 : wanted;
     return in->override;
 }
 
@@ -293,8 +308,24 @@ static void step(struct host *host, struct interpolator *in)
         interp_iir_step(&in->iir, position);
         publish_positions(in, position, seconds);
     }
-    publish_status(&in->run, in->reg);
+    publish_status(in);
     look_ahead(in);
+    in->asleep = rests(in) && in->command == 0 && in->signal_count == 0;
+}
+
+/* Nothing has happened to it since a step that left it at rest; whoever loads or starts it, or
+ * writes a command, wakes it. There are steps in every slot, and mostly nobody moves. */
+static bool asleep(const struct interpolator *in)
+{
+    return in->asleep && in->still && in->reg->Command == INTERPOLATOR_COMMANDS_NONE_00 &&
+           !interp_run_is_active(&in->run);
+}
+
+static void step_asleep(struct interpolator *in)
+{
+    override_of(in);
+    publish_rest(in);
+    publish_status(in);
 }
 
 /* Loaded since the Run sequence, and again now, because a PLC may have made it be dropped. */
@@ -315,8 +346,15 @@ static void slot(struct host *host)
         return;
     start_configured(host);
     for (size_t i = 0; i < host->interpolator_count; i++) {
-        interpolator_command(host, &host->interpolators[i]);
-        step(host, &host->interpolators[i]);
+        struct interpolator *in = &host->interpolators[i];
+        const uint64_t begin = host_stopwatch(host);
+        if (asleep(in)) {
+            step_asleep(in);
+        } else {
+            interpolator_command(host, in);
+            step(host, in);
+        }
+        measure_longest(&host->measured.interpolator_ns[i], host_stopwatch(host) - begin);
     }
 }
 

@@ -13,17 +13,18 @@
 
 struct interpolator {
     INTERPOLATOR *reg;
+    bool asleep;     /* the last step left it at rest, with nothing to come */
+    bool still;      /* nothing moved in the last full step, and nothing was about to */
+    double override; /* the last usable Rel_Speed */
+    double position[INTERP_AXES]; /* after the filters, of the last step */
+    double backlash[INTERP_AXES];
     struct interp_path path; /* its parts are the interpolator's own */
     struct interp_run run;
     struct interp_spline spline;
     struct interp_iir iir;
     double jerk; /* mm/s3, limit of the spline; 0: none */
 
-    double position[INTERP_AXES]; /* after the filters, of the last step */
-    double backlash[INTERP_AXES];
     bool backwards[INTERP_AXES];
-    bool still;      /* nothing moved in the last full step, and nothing was about to */
-    double override; /* the last usable Rel_Speed */
 
     int32_t command; /* a stop that is being carried out, as it was written; 0: none */
     /* Continuous M functions, which come out as late as the positions do. */

@@ -24,8 +24,8 @@ double motion_start(const struct host *host, const struct axis *axis)
 {
     const SERVO *reg = axis->reg;
     const double place =
-        servo_runs(host, axis) ? reg->WritePosition : reg->Position - reg->Offset - reg->Correction;
-    return isfinite(place) ? place : reg->Position;
+        servo_runs(host, axis) ? reg->WritePosition : axis->actual - reg->Offset - reg->Correction;
+    return isfinite(place) ? place : axis->actual;
 }
 
 static void choose_sources(const struct host *host, struct axis *axis)
@@ -100,7 +100,7 @@ static double source_value(const struct host *host, const GEAR *gear)
     case GEAR_SOURCEPOSITION_WRITE_POSITION:
         return master->WritePosition;
     case GEAR_SOURCEPOSITION_POSITION:
-        return master->Position;
+        return host->axes[gear->SourceNumber].actual;
     case GEAR_SOURCEPOSITION_EXT_POSITION:
         return master->ExtPosition;
     default:
@@ -253,9 +253,9 @@ void motion_refer(struct axis *axis, double reference)
 {
     struct axis_motion *m = &axis->motion;
     SERVO *reg = axis->reg;
-    const double offset = reg->Position - reference, by = offset - reg->Offset;
+    const double offset = axis->actual - reference, by = offset - reg->Offset;
     reg->Offset = offset;
-    reg->RefPosition = reg->Position - offset;
+    reg->RefPosition = axis->actual - offset;
     reg->WritePosition -= by;
     reg->Pg.DPos -= by;
     reg->Pg.APos -= by;

@@ -76,6 +76,10 @@ static void clear(struct host *host)
 
 static void stop(struct host *host)
 {
+    if (sleep_anyone(host)) {
+        host->plc.step = PLC_ENDING;
+        return;
+    }
     host->system->Main.PLC_Ctrl &= ~PLC_CTRL_ERROR_BIT;
     clear(host);
     host->plc.step = PLC_CLEARING;
@@ -180,7 +184,8 @@ bool plc_cycle(struct host *host)
     const uint32_t asked = host->system->Main.PLC_Ctrl & (PLC_CTRL_LOAD_BIT | PLC_CTRL_RESET_BIT);
     command(host);
     reset_bus(host);
-    if (asked != 0 && (plc->step == PLC_RUNNING || plc->step == PLC_STOPPED))
+    if ((asked != 0 && (plc->step == PLC_RUNNING || plc->step == PLC_STOPPED)) ||
+        plc->step == PLC_ENDING)
         stop(host);
     else if (plc->step == PLC_CLEARING && host->cycle >= plc->until)
         stopped(host);
@@ -223,6 +228,7 @@ enum host_plc plc_state(const struct host *host)
     switch (host->plc.step) {
     case PLC_STOPPED:
         return host->system->Main.PLC_Ctrl & PLC_CTRL_ERROR_BIT ? HOST_PLC_ERROR : HOST_PLC_STOPPED;
+    case PLC_ENDING:
     case PLC_CLEARING:
     case PLC_LOADING:
         return HOST_PLC_CHANGING;

@@ -6,7 +6,8 @@
  * on the shared memories, a scenario through host_run() and its like, the module itself. They are
  * read when a cycle begins and no function of the module is under way. The Run sequence:
  *
- *   1    no function is called any more; those that were interrupted come to their ends
+ *   1    no function is called any more; those that were interrupted or sleep come to
+ *        their ends
  *   2-4  TGM_Data, digital outputs of I/O units and drives, and SERVO.Mode become 0; the loop runs
  *        on for PLC_CLEAR_NS, so that the slaves get to know
  *   5    the loop stops: no frames, for at least PLC_LOAD_NS
@@ -31,6 +32,7 @@
 
 enum plc_step {
     PLC_STOPPED,
+    PLC_ENDING,   /* step 1 waits for functions that are asleep */
     PLC_CLEARING, /* steps 1 to 4 are done */
     PLC_LOADING,  /* the loop stands */
     PLC_RUNNING

@@ -123,6 +123,14 @@ void preempt_plan(struct host *host, enum entry entry)
     }
 }
 
+void preempt_plan_on(struct host *host, enum entry entry, uint64_t since_ns)
+{
+    if (host->real == NULL)
+        return;
+    host->preempt.away_ns[entry - ENTRY_01] += realtime_now(host->real) - since_ns;
+    realtime_alarm(host->real, host->machine, host_next_slot_ns(host));
+}
+
 void preempt_done(struct host *host, enum entry entry)
 {
     if (host->config.preempt.mode != PREEMPT_SEEDED || !is_background(entry))

@@ -50,7 +50,8 @@ static bool call(struct host *host, enum entry entry, struct machine_outcome *ou
 
 static bool may_interrupt(const struct host *host, enum entry entry, enum entry by)
 {
-    return by > entry && host->entry_address[by] != 0 && !host->evidence->calls[by].disabled;
+    return by > entry && host->entry_address[by] != 0 && !host->evidence->calls[by].disabled &&
+           !sleep_is(host, by);
 }
 
 /* One order without interrupt; who writes what in it. */
@@ -202,12 +203,14 @@ void races_try(struct host *host, enum entry entry)
     if (races == NULL || entry < ENTRY_01 || entry > ENTRY_03 || !is_chosen(host, entry))
         return;
     races->entry = entry;
+    races->trying = true;
     races_keep_start(host);
     /* A function that does not return is another rule's matter. */
     races->off[entry - ENTRY_01] = !rehearse_all(host);
     bool all = races->off[entry - ENTRY_01];
     for (int i = 0; i < ATTEMPTS && !all; i++)
         all = try_points(host);
+    races->trying = false;
     races->tried_calls++;
     host->evidence->entry = entry;
     tell(host);

@@ -69,6 +69,7 @@ struct races {
     bool is_start;        /* as it was at the start then */
     bool middle_is_start; /* what it was in the middle is what it was at the start */
 
+    bool trying; /* what runs is put back afterwards */
     enum entry entry, by;
     uint64_t instructions, pc; /* the point that is tried */
     bool again;                /* a page was missing: once more */

@@ -169,6 +169,12 @@ void realtime_pause(struct realtime *real, uint64_t schedule_ns)
     sleep_until(real->zero_ns + schedule_ns);
 }
 
+void realtime_sleep(struct realtime *real, uint64_t ns)
+{
+    (void)real;
+    sleep_until(monotonic() + ns);
+}
+
 bool realtime_due(const struct realtime *real, uint64_t schedule_ns)
 {
     return (int64_t)(monotonic() - real->zero_ns - schedule_ns) >= 0;

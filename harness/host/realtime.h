@@ -70,11 +70,15 @@ void realtime_cycle_end(struct realtime *real, uint64_t schedule_ns);
 void realtime_alarm(const struct realtime *real, struct machine *machine, uint64_t schedule_ns);
 /* CLOCK_MONOTONIC, ns */
 uint64_t realtime_now(const struct realtime *real);
+/* For so long; nothing else happens meanwhile. */
+void realtime_sleep(struct realtime *real, uint64_t ns);
 
 /* Where a bin ends, us. */
 uint64_t latency_bin_end(size_t bin);
 /* The latency that this part (0 to 1) of them did not exceed, ns. */
 uint64_t latency_quantile(const struct latency *latency, double part);
+
+#define MEASURED_INTERPOLATORS 3
 
 /* How long things took in the latest cycle, ns: for the registers (measure.c). */
 struct measured {
@@ -84,7 +88,15 @@ struct measured {
     uint64_t period_ns;     /* from cycle to cycle */
     uint64_t servo_ns;      /* TG Motion's own work in the cycle, bus included */
     uint64_t servo_last_ns; /* in the one before */
+    uint64_t bus_ns;        /* the port: sending and taking what has come back */
+    uint64_t interpolator_ns[MEASURED_INTERPOLATORS]; /* the longest step */
 };
+
+static inline void measure_longest(uint64_t *longest, uint64_t ns)
+{
+    if (ns > *longest)
+        *longest = ns;
+}
 
 void measure_begin(struct measured *measured, bool cycle_begins);
 void measure_end(struct measured *measured);

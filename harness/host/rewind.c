@@ -113,6 +113,7 @@ bool rewind_back(struct host *host)
 {
     struct host_copy *copy = host->copy;
     char why[MACHINE_WHY];
+    sleep_drop_all(host);
     if (copy == NULL || machine_reload(host->machine, why) != 0)
         return false;
     host_sample *const sample = host->sample;

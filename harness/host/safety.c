@@ -63,7 +63,7 @@ double safety_set_point(const struct host *host, struct axis *axis, double wante
     if (axis->stopping != event) {
         axis->stopping = event;
         axis->stop_speed = axis->sent_speed;
-        axis->stop_at = event == MAIN_SAFETYEVENT_IMMEDIATE_STOP ? axis->reg->Position : axis->sent;
+        axis->stop_at = event == MAIN_SAFETYEVENT_IMMEDIATE_STOP ? axis->actual : axis->sent;
         axis->stop_deceleration = deceleration(axis);
     }
     if (event == MAIN_SAFETYEVENT_IMMEDIATE_STOP)

@@ -94,7 +94,7 @@ static bool group(struct reader *r, struct scenario_statement *st)
         if (token.kind != TOKEN_WORD || token.length < length + 2 ||
             memcmp(token.at, names[i], length) != 0)
             continue;
-        while (token.at[at] >= '0' && token.at[at] <= '9' && number < 100000)
+        while (at < token.length && token.at[at] >= '0' && token.at[at] <= '9' && number < 100000)
             number = number * 10 + (uint64_t)(token.at[at++] - '0');
         if (at == length || at + 1 != token.length || token.at[at] != ']')
             continue;

@@ -71,14 +71,12 @@ static int64_t service_ex(void *context, struct arguments *arguments)
 
 #endif
 
-/* Every function runs to completion on the simulated clock, so a wait lets nothing else run (R17).
- */
 static int64_t service_sleep(void *context, struct arguments *arguments)
 {
-    const volatile unsigned char *pause = arguments_pointer(arguments);
-    (void)pause[0];
-    (void)pause[sizeof(int64_t) - 1];
+    int64_t units;
+    memcpy(&units, arguments_pointer(arguments), sizeof units);
     watch_sleep(context);
+    sleep_wanted(context, units);
     return 0;
 }
 

@@ -12,7 +12,8 @@
 #include <math.h>
 #include <stdio.h>
 
-#define VIRTUAL_RESOLUTION (1u << 20)
+#define VIRTUAL_RESOLUTION  (1u << 20)
+#define EXTERNAL_RESOLUTION 1024 /* of the encoder that a TGMcontroller has */
 
 /* The next register group; NULL when there is none left. */
 static struct axis *axis_new(struct host *host, size_t slave, char why[HOST_WHY])
@@ -56,6 +57,9 @@ static int axis_open(struct host *host, size_t slave, unsigned number, uint32_t 
     axis->reg->Type = SERVO_TYPE_TGZ;
     set_resolution(axis->reg, resolution);
     axis->reg->ECATBusPosition = (uint32_t)slave;
+#if TGM_GENERATION == 5 && TGM_MEMORY_ID == 906
+    axis->reg->Revision = (int32_t)bus_slave(host->bus, slave)->revision;
+#endif
     return 0;
 }
 
@@ -92,6 +96,7 @@ static int listed_open(struct host *host, const struct host_servo *servo, char w
     reg->Node = servo->node;
 #if TGM_GENERATION == 5 && TGM_MEMORY_ID == 906
     reg->FeedbackType = (int32_t)servo->feedback;
+    reg->ExtEncoderResolution = servo->type == SERVO_TYPE_TGM_CONTROLLER ? EXTERNAL_RESOLUTION : 0;
 #endif
     return 0;
 }
@@ -139,23 +144,23 @@ static void receive_position(struct axis *axis, uint64_t raw, double cycle)
     }
     axis->raw = raw;
     axis->position += moved;
-    reg->Position = axis->position / axis->scale;
+    axis->actual = reg->Position = axis->position / axis->scale;
     reg->Speed = moved / axis->scale / cycle;
-    reg->RefPosition = reg->Position - reg->Offset;
-    reg->PositionError = axis->sent - reg->Position;
+    reg->RefPosition = axis->actual - reg->Offset;
+    reg->PositionError = axis->sent - axis->actual;
 }
 
 /* It is enabled, and goes where it was sent, one cycle later. */
 static void virtual_receive(struct host *host, struct axis *axis)
 {
     SERVO *reg = axis->reg;
-    const double moved = axis->sent - reg->Position;
+    const double moved = axis->sent - axis->actual;
     reg->EtherCATState = ETHERCAT_STATE_OP;
     reg->Status =
         axis->asked && servo_wanted(host, axis) ? SERVO_READY_ENABLE : SERVO_READY_DISABLE;
-    reg->Position = axis->sent;
+    axis->actual = reg->Position = axis->sent;
     reg->Speed = moved / host_cycle_seconds(host);
-    reg->RefPosition = reg->Position - reg->Offset;
+    reg->RefPosition = axis->actual - reg->Offset;
     reg->PositionError = 0;
 }
 
@@ -170,6 +175,7 @@ static void axis_receive(struct host *host, struct axis *axis)
     reg->EtherCATState = slave->al_state & 0x0Fu;
     if (reg->EtherCATState < ETHERCAT_STATE_SAFEOP || !host->exchanged) {
         reg->Status = SERVO_NO_RESPONSE;
+        reg->Position = axis->actual;
         return;
     }
     static const int32_t status_of[] = { [WIRE_READY] = SERVO_READY_DISABLE,
@@ -216,8 +222,7 @@ static void axis_send(struct host *host, struct axis *axis)
     SERVO *reg = axis->reg;
     const double cycle = host_cycle_seconds(host);
     const bool follow = !servo_runs(host, axis);
-    const double next =
-        follow ? reg->Position : safety_set_point(host, axis, set_point(host, axis));
+    const double next = follow ? axis->actual : safety_set_point(host, axis, set_point(host, axis));
     const double speed = follow || axis->tracking ? 0 : (next - axis->sent) / cycle;
     reg->WriteSpeed = speed;
     reg->WriteAcc = (speed - axis->sent_speed) / cycle;

@@ -26,6 +26,27 @@ enum {
 };
 enum { STATUS_FAULT = 0x08, STATUS_ENABLED = 0x27 };
 
+/* Digital inputs and outputs of a TGZ begin at bit 16; the first and every other one is axis 1's.
+ */
+enum { SHARED = 16, SHARED_INPUTS = 4, SHARED_OUTPUTS = 3 };
+
+static uint32_t gather(uint32_t value, unsigned axis)
+{
+    uint32_t bits = 0;
+    for (unsigned i = 0; i < SHARED_INPUTS; i++)
+        bits |= (value >> (SHARED + 2 * i + axis) & 1) << i;
+    return bits;
+}
+
+static uint32_t scatter(uint32_t value, unsigned axis, uint32_t bits)
+{
+    for (unsigned i = 0; i < SHARED_OUTPUTS; i++) {
+        const unsigned at = SHARED + 2 * i + axis;
+        value = (value & ~(UINT32_C(1) << at)) | (bits >> i & 1) << at;
+    }
+    return value;
+}
+
 static void cia402_read(const struct servo_wire *wire, struct wire_answer *answer)
 {
     const uint32_t status = (uint32_t)bus_entry_get(wire->status);
@@ -34,7 +55,8 @@ static void cia402_read(const struct servo_wire *wire, struct wire_answer *answe
         answer->state = WIRE_FAULT;
     else
         answer->state = (status & 0x6F) == STATUS_ENABLED ? WIRE_ENABLED : WIRE_READY;
-    answer->inputs = (uint32_t)bus_entry_get(wire->inputs);
+    const uint32_t inputs = (uint32_t)bus_entry_get(wire->inputs);
+    answer->inputs = wire->shared ? gather(inputs, wire->axis) : inputs;
 }
 
 /* The next command on the way from where the drive is to where it shall be. */
@@ -63,6 +85,9 @@ static uint32_t cia402_write(const struct servo_wire *wire, uint32_t status,
     const uint32_t word = control_word(status, order);
     bus_entry_set(wire->control, word);
     bus_entry_set(wire->mode, CSP);
+    bus_entry_set(wire->outputs, wire->shared ? scatter((uint32_t)bus_entry_get(wire->outputs),
+                                                        wire->axis, order->outputs)
+                                              : order->outputs);
     return word;
 }
 
@@ -78,7 +103,8 @@ static int cia402_open(struct servo_wire *wire, const struct bus *bus, size_t sl
     wire->target = bus_find(bus, slave, BUS_OUTPUT, base + 0x7A, 0);
     wire->status = bus_find(bus, slave, BUS_INPUT, base + 0x41, 0);
     wire->actual = bus_find(bus, slave, BUS_INPUT, base + 0x64, 0);
-    wire->inputs = bus_find(bus, slave, BUS_INPUT, base + 0xFD, 0);
+    wire->inputs = bus_find(bus, slave, BUS_INPUT, wire->shared ? 0x60FD : base + 0xFD, 0);
+    wire->outputs = bus_find(bus, slave, BUS_OUTPUT, wire->shared ? 0x60FE : base + 0xFE, 1);
     if (wire->control.bits == 16 && wire->target.bits == 32 && wire->status.bits == 16 &&
         wire->actual.bits == 32)
         return 0;
@@ -225,6 +251,8 @@ int wire_open(struct servo_wire *wire, struct bus *bus, const struct plant *plan
 {
     const bool is_tgz = wire_tgz_axes(plant, slave) > 0;
     memset(wire, 0, sizeof *wire);
+    wire->axis = axis;
+    wire->shared = is_tgz;
     int r = is_tgz && bus_slave(bus, slave)->axes == 0 ? native_open(wire, bus, slave, axis, why)
                                                        : cia402_open(wire, bus, slave, axis, why);
     if (r == 0)
@@ -232,6 +260,11 @@ int wire_open(struct servo_wire *wire, struct bus *bus, const struct plant *plan
     if (r == 0 && is_tgz)
         find_tgz_values(wire, bus, slave, axis);
     return r;
+}
+
+bool wire_tells_outputs(const struct servo_wire *wire)
+{
+    return wire->kind == &cia402 && wire->outputs.bits == 0 && !wire->shared;
 }
 
 void wire_read(const struct servo_wire *wire, struct wire_answer *answer)

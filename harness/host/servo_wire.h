@@ -37,8 +37,10 @@ struct wire_kind;
 
 struct servo_wire {
     const struct wire_kind *kind;
-    struct bus_entry control, mode, target, limit; /* bits == 0 when not mapped */
+    struct bus_entry control, mode, target, limit, outputs; /* bits == 0 when not mapped */
     struct bus_entry status, actual, inputs, analog, current;
+    unsigned axis; /* of the drive, from 0 */
+    bool shared;   /* both axes have every other one of the digital inputs and outputs (TGZ) */
     double per_revolution; /* increments on the wire */
     uint32_t resolution;   /* increments per revolution that the drive has by itself */
 };
@@ -48,7 +50,8 @@ struct servo_wire {
  * controller has no Node: it is the first drive on the bus. */
 size_t wire_slave(const struct plant *plant, const struct host_servo *servo);
 
-/* Servo types of drives inside the controller: TGZ+Motion's, TGMcontroller's, both with other I/O. */
+/* Servo types of drives inside the controller: TGZ+Motion's, TGMcontroller's, both with other I/O.
+ */
 bool wire_is_internal(uint32_t type);
 
 /* Axes of a TGZ, 0 when the slave is none. Both axes are in its maps even when it has one. */
@@ -68,6 +71,10 @@ int wire_open(struct servo_wire *wire, struct bus *bus, const struct plant *plan
 size_t wire_startup(const struct host_config *config, struct bus_startup *out, size_t room);
 
 void wire_read(const struct servo_wire *wire, struct wire_answer *answer);
+/* Digital outputs of a CiA 402 axis, object 0x60FE, are told over CoE, because they are not mapped:
+ * false when they are, or have another way. */
+bool wire_tells_outputs(const struct servo_wire *wire);
+
 /* Returns the control word that went out. */
 uint32_t wire_write(const struct servo_wire *wire, uint32_t status_word,
                     const struct wire_order *order);

@@ -17,14 +17,24 @@ void sketch_note(struct sketch *sketch, unsigned curve, double value)
     sketch->now[curve] = (float)value;
 }
 
-/* fminf and fmaxf take the other value where one is NaN. */
+/* The other value where one is NaN, as fminf and fmaxf of the C library, which are calls. */
+static float lesser(float a, float b)
+{
+    return b < a || a != a ? b : a;
+}
+
+static float larger(float a, float b)
+{
+    return b > a || a != a ? b : a;
+}
+
 static void halve(struct sketch *sketch)
 {
     for (unsigned curve = 0; curve < SKETCH_CURVES; curve++) {
         float *least = sketch->least[curve], *greatest = sketch->greatest[curve];
         for (unsigned i = 0; i < SKETCH_BUCKETS / 2; i++) {
-            least[i] = fminf(least[2 * i], least[2 * i + 1]);
-            greatest[i] = fmaxf(greatest[2 * i], greatest[2 * i + 1]);
+            least[i] = lesser(least[2 * i], least[2 * i + 1]);
+            greatest[i] = larger(greatest[2 * i], greatest[2 * i + 1]);
         }
     }
     sketch->used = SKETCH_BUCKETS / 2;
@@ -49,8 +59,8 @@ void sketch_cycle(struct sketch *sketch)
     const uint32_t last = sketch->used - 1;
     for (unsigned curve = 0; curve < SKETCH_CURVES; curve++) {
         const float value = isfinite(sketch->now[curve]) ? sketch->now[curve] : NAN;
-        sketch->least[curve][last] = fminf(sketch->least[curve][last], value);
-        sketch->greatest[curve][last] = fmaxf(sketch->greatest[curve][last], value);
+        sketch->least[curve][last] = lesser(sketch->least[curve][last], value);
+        sketch->greatest[curve][last] = larger(sketch->greatest[curve][last], value);
         sketch->now[curve] = NAN;
     }
     sketch->cycles++;

@@ -35,7 +35,7 @@ static void note(const struct host *host, const struct axis *axis, double at,
     unable->cycle = host->cycle;
     unable->al_state = (uint32_t)axis->reg->EtherCATState;
     unable->fault = axis->reg->Status == SERVO_FAULT;
-    unable->distance = at - axis->reg->Position;
+    unable->distance = at - axis->actual;
 }
 
 /* A set-point that stands, or that is where the axis is, commands nothing. */
@@ -52,7 +52,7 @@ static void look_at(struct host *host, struct axis *axis, struct evidence_unable
     axis->unable_at = at;
     unable->cycles++;
     if (++axis->unable_cycles > grace && commanded && at != before &&
-        fabs(at - axis->reg->Position) > jump)
+        fabs(at - axis->actual) > jump)
         note(host, axis, at, unable);
 }
 

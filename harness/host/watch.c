@@ -32,8 +32,8 @@ static void watch_step(const struct host *host, size_t index, const struct axis 
         return;
     if (!axis->tracking && fabs(next - axis->sent) > step)
         note(host, index, AUDIT_TOO_FAST, next - axis->sent, step);
-    if (axis->tracking && fabs(next - axis->reg->Position) > jump)
-        note(host, index, AUDIT_JUMP, next - axis->reg->Position, jump);
+    if (axis->tracking && fabs(next - axis->actual) > jump)
+        note(host, index, AUDIT_JUMP, next - axis->actual, jump);
 }
 
 static void watch_axis(const struct host *host, size_t index)
@@ -68,7 +68,9 @@ void watch_begin(const struct host *host, enum entry entry)
 void watch_end(const struct host *host, enum entry entry, const struct machine_outcome *outcome)
 {
     struct audit_function *function = &host->evidence->audit.functions[entry];
-    if (host->config.audit != NULL)
+    if (host->config.audit != NULL && outcome->kind == MACHINE_ASIDE)
+        audit_pause(host->config.audit);
+    else if (host->config.audit != NULL)
         audit_end(host->config.audit, outcome->kind == MACHINE_RETURNED, outcome->instructions,
                   outcome->stack_bytes);
     if (outcome->kind != MACHINE_RETURNED || outcome->abi_broken == 0)

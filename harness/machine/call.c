@@ -53,7 +53,7 @@ static unsigned what_was_broken(void)
     return bits;
 }
 
-static uint64_t now_ns(void)
+uint64_t machine_now_ns(void)
 {
     struct timespec now;
 
@@ -61,13 +61,13 @@ static uint64_t now_ns(void)
     return (uint64_t)now.tv_sec * 1000000000u + (uint64_t)now.tv_nsec;
 }
 
-/* Services that were cut short left red zones of their frames in the shadow of the stack. */
-static void forget_frames(const struct machine *machine)
+void machine_forget_frames(const struct machine *machine, const uint8_t *stack)
 {
 #ifdef ADDRESS_SANITIZER
-    __asan_unpoison_memory_region(machine->stack, machine->stack_size);
+    __asan_unpoison_memory_region(stack, machine->stack_size);
 #else
     (void)machine;
+    (void)stack;
 #endif
 }
 
@@ -80,32 +80,44 @@ __attribute__((noinline)) void machine_irregular(const struct machine *machine, 
         outcome->abi_broken = what_was_broken();
         return;
     }
-    forget_frames(machine);
+    machine_forget_frames(machine, machine->stack);
     outcome->kind = machine_incident.kind;
     outcome->fault = machine_incident.fault;
     outcome->value = 0;
 }
 
-void machine_native_call(struct machine *machine, uint64_t function, void *argument,
-                         struct machine_outcome *outcome)
+void machine_came_back(struct machine *machine, struct machine_left left,
+                       struct machine_outcome *outcome)
 {
-    uint64_t begin = machine->timing ? now_ns() : 0;
-    struct machine_left left;
+    const struct machine_level *level = machine_level_at(machine, machine->level);
 
-    machine_incident.service_depth = 0;
-    machine_incident.hung = false;
-    if (machine->config.interruptible)
-        machine_level_begin(machine);
-    left = machine_enter(machine_address(machine, function), argument);
-    outcome->elapsed_ns = machine->timing ? now_ns() - begin : 0;
+    outcome->elapsed_ns = machine->timing ? machine_now_ns() - level->begun_ns : 0;
     outcome->kind = MACHINE_RETURNED;
     outcome->abi_broken = 0;
     outcome->instructions = outcome->stack_bytes = 0;
     outcome->value = left.value;
+    if (left.how == LEFT_ASIDE) {
+        outcome->kind = MACHINE_ASIDE;
+        outcome->aside = machine_level_aside(machine, machine->level);
+        machine_level_set(machine, machine->level);
+        return;
+    }
     if (machine->config.interruptible)
         machine_level_end(machine);
     if (__builtin_expect(left.how != LEFT_CLEAN, 0))
         machine_irregular(machine, left.how, outcome);
+}
+
+void machine_native_call(struct machine *machine, uint64_t function, void *argument,
+                         struct machine_outcome *outcome)
+{
+    machine_level_at(machine, machine->level)->begun_ns = machine->timing ? machine_now_ns() : 0;
+    machine_incident.service_depth = 0;
+    machine_incident.hung = false;
+    if (machine->config.interruptible)
+        machine_level_begin(machine);
+    machine_came_back(machine, machine_enter(machine_address(machine, function), argument),
+                      outcome);
 }
 
 void machine_native_service_enter(struct machine *machine, const char *service,

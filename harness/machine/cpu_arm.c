@@ -53,7 +53,7 @@ static void enter(struct emulator *emulator, uint64_t function, uint64_t argumen
 {
     (void)function;
     emulator_write(emulator, UC_ARM_REG_R0, argument);
-    emulator_write(emulator, UC_ARM_REG_SP, emulator->levels[emulator->depth - 1].top);
+    emulator_write(emulator, UC_ARM_REG_SP, emulator_level_at(emulator, emulator->depth - 1)->top);
     emulator_write(emulator, UC_ARM_REG_LR, emulator->trap);
 }
 

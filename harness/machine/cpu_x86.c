@@ -131,7 +131,7 @@ static void fresh(struct emulator *emulator)
 
 static void enter(struct emulator *emulator, uint64_t function, uint64_t argument)
 {
-    struct emulator_level *level = &emulator->levels[emulator->depth - 1];
+    struct emulator_level *level = emulator_level_at(emulator, emulator->depth - 1);
     const uint64_t sp = level->top - emulator->cpu->word;
 
     emulator_poke(emulator, sp, emulator->trap);

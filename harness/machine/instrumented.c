@@ -300,7 +300,7 @@ static int instrumented_service(struct machine *machine, const char *name,
 
 static bool instrumented_busy(const struct machine *machine)
 {
-    return machine->emulator->depth > 0;
+    return machine->emulator->depth > 0 || machine->levels_left < machine->level_count;
 }
 
 /* Where code may be written, other code may be there again. */
@@ -319,17 +319,19 @@ static void instrumented_interrupt_next(struct machine *machine, uint64_t after,
                                         machine_interrupt *hook, void *argument)
 {
     struct emulator *emulator = machine->emulator;
+    struct emulator_level *level;
 
-    if (!machine->config.interruptible || emulator->depth + 1 >= machine->level_count)
+    if (!machine->config.interruptible || emulator->depth + 1 >= machine->levels_left)
         return;
-    emulator->levels[emulator->depth].after = after;
-    emulator->levels[emulator->depth].hook = hook;
-    emulator->levels[emulator->depth].argument = argument;
+    level = emulator_level_at(emulator, emulator->depth);
+    level->after = after;
+    level->hook = hook;
+    level->argument = argument;
 }
 
 static uint64_t instrumented_instructions(const struct machine *machine)
 {
-    return machine->emulator->levels[machine->emulator->depth].executed;
+    return emulator_level_at(machine->emulator, machine->emulator->depth)->executed;
 }
 
 static int instrumented_alarm_open(struct machine *machine, char why[MACHINE_WHY])
@@ -379,6 +381,9 @@ const struct machine_ops machine_instrumented = {
     .interrupt_next = instrumented_interrupt_next,
     .instructions = instrumented_instructions,
     .rehearse = emulator_rehearse,
+    .set_aside = emulator_set_aside,
+    .depth = emulator_depth,
+    .go_on = emulator_go_on,
     .next_operands = emulator_next_operands,
     .alarm_open = instrumented_alarm_open,
     .alarm_at = instrumented_alarm_at,

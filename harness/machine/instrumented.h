@@ -31,6 +31,7 @@ enum emulator_stop {
     EMULATOR_RETURNED,  /* to where the call came from */
     EMULATOR_SERVICE,   /* at the entry of a host service */
     EMULATOR_INTERRUPT, /* the wanted number of instructions */
+    EMULATOR_ASIDE,     /* behind a host service that has set the call aside */
     EMULATOR_HANG,
     EMULATOR_MEMORY,      /* an access that is not allowed */
     EMULATOR_EXCEPTION,   /* vector in number */
@@ -78,8 +79,10 @@ struct emulator_level {
     void *argument;
     uint64_t after;
     uint64_t executed; /* instructions of its latest call */
-    /* While it is interrupted: where it is gone on with, and what else belongs to its state. */
+    /* While it is interrupted or aside: where it is gone on with, and what else belongs to its
+     * state. */
     uint64_t interrupted_back, interrupted_pc, interrupted_sp, interrupted_executed;
+    uint64_t interrupt_at, block_next, block_end; /* aside */
     uc_context *interrupted;
 };
 
@@ -172,6 +175,11 @@ void emulator_stop(struct emulator *emulator, enum emulator_stop stop, uint32_t 
 void emulator_call(struct machine *machine, uint64_t function, void *argument,
                    struct machine_outcome *outcome);
 
+/* instrumented_call.c: calls that are set aside */
+bool emulator_set_aside(const struct machine *machine);
+unsigned emulator_depth(const struct machine *machine);
+void emulator_go_on(struct machine *machine, struct machine_outcome *outcome);
+
 void emulator_set_stop(struct emulator *emulator, uint64_t interrupt_at);
 void emulator_use_stack(struct emulator *emulator, const struct emulator_level *level);
 /* The running level's call to its end, from an address on. */
@@ -186,6 +194,12 @@ unsigned emulator_next_operands(struct machine *machine,
 /* instrumented_fault.c: what happened, as a native machine would put it */
 void emulator_fault(struct emulator *emulator, struct machine_outcome *outcome);
 void emulator_service_fault(struct emulator *emulator, struct machine_outcome *outcome);
+
+/* What a call at that depth stands in. */
+static inline struct emulator_level *emulator_level_at(struct emulator *emulator, unsigned depth)
+{
+    return &emulator->levels[emulator->machine->order[depth]];
+}
 
 static inline uint64_t emulator_read(struct emulator *emulator, int reg)
 {

@@ -7,21 +7,12 @@
  * caught, and calls can stand inside one another without the emulator knowing.
  */
 #include <setjmp.h>
-#include <time.h>
 
 #include "machine/instrumented.h"
 
 #ifdef ADDRESS_SANITIZER
 #include <sanitizer/asan_interface.h>
 #endif
-
-static uint64_t now_ns(void)
-{
-    struct timespec now;
-
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (uint64_t)now.tv_sec * 1000000000u + (uint64_t)now.tv_nsec;
-}
 
 void emulator_set_stop(struct emulator *emulator, uint64_t interrupt_at)
 {
@@ -45,7 +36,26 @@ void emulator_use_stack(struct emulator *emulator, const struct emulator_level *
     memcpy(emulator->thread_host + 2 * (size_t)word, &limit, word);
 }
 
-/* A service on the host's stack. False when it did not come back. */
+/* Behind a service, instead of going on there. */
+static void step_aside(struct emulator *emulator)
+{
+    const unsigned number = emulator->machine->order[emulator->depth - 1];
+    struct emulator_level *level = &emulator->levels[number];
+    struct machine_level *own = &emulator->machine->levels[number];
+
+    own->service = emulator->machine->services[emulator->number].name;
+    own->service_return = (void *)(emulator->service_back & ~emulator->odd);
+    uc_context_save(emulator->uc, level->interrupted);
+    level->interrupted_back = emulator->service_back;
+    level->interrupted_pc = emulator->pc;
+    level->interrupted_executed = emulator->executed;
+    level->interrupt_at = emulator->interrupt_at;
+    level->block_next = emulator->block_next;
+    level->block_end = emulator->block_end;
+    emulator->stop = EMULATOR_ASIDE;
+}
+
+/* A service on the host's stack. False when the call does not go on behind it. */
 static bool serve(struct emulator *emulator, uint64_t *pc)
 {
     struct machine *machine = emulator->machine;
@@ -67,7 +77,9 @@ static bool serve(struct emulator *emulator, uint64_t *pc)
     emulator->service = NULL;
     emulator->cpu->answer(emulator, value, emulator->service_back);
     *pc = emulator->service_back;
-    return true;
+    if (machine->aside)
+        step_aside(emulator);
+    return !machine->aside;
 }
 
 static uint64_t resume_at(struct emulator *emulator)
@@ -83,7 +95,7 @@ static uint64_t resume_at(struct emulator *emulator)
 static bool interlude(struct emulator *emulator, uint64_t *pc)
 {
     struct machine *machine = emulator->machine;
-    struct emulator_level *level = &emulator->levels[emulator->depth - 1];
+    struct emulator_level *level = emulator_level_at(emulator, emulator->depth - 1);
     const uint64_t executed = emulator->executed, at = emulator->pc, back = resume_at(emulator);
     uint64_t more, vaddr = 0;
 
@@ -136,7 +148,12 @@ static void describe(struct emulator *emulator, bool returned, struct machine_ou
 {
     if (returned) {
         outcome->kind = MACHINE_RETURNED;
-        emulator->cpu->leave(emulator, emulator->levels[emulator->depth - 1].top, outcome);
+        emulator->cpu->leave(emulator, emulator_level_at(emulator, emulator->depth - 1)->top,
+                             outcome);
+        return;
+    }
+    if (emulator->stop == EMULATOR_ASIDE) {
+        outcome->kind = MACHINE_ASIDE;
         return;
     }
     if (emulator->stop == EMULATOR_SERVICE)
@@ -151,14 +168,68 @@ void emulator_run_on(struct emulator *emulator, uint64_t pc, struct machine_outc
     describe(emulator, run(emulator, pc), outcome);
 }
 
+/* Of the call at the greatest depth, from an address on. */
+static void call_on(struct emulator *emulator, uint64_t pc, struct machine_outcome *outcome)
+{
+    struct machine *machine = emulator->machine;
+    const unsigned number = machine->order[emulator->depth - 1];
+    struct emulator_level *level = &emulator->levels[number];
+
+    outcome->abi_broken = 0;
+    outcome->value = 0;
+    emulator_run_on(emulator, pc, outcome);
+    outcome->elapsed_ns = machine->timing ? machine_now_ns() - machine->levels[number].begun_ns : 0;
+    outcome->instructions = emulator->executed;
+    emulator->depth--;
+    if (outcome->kind == MACHINE_ASIDE) {
+        outcome->aside = machine_level_aside(machine, emulator->depth);
+        return;
+    }
+    level->lowest &= ~(uint64_t)(emulator->cpu->word - 1);
+    level->executed = emulator->executed;
+    level->hook = NULL;
+    level->after = MACHINE_NEVER;
+    outcome->stack_bytes = level->top - level->lowest;
+    if (outcome->stack_bytes > emulator->deepest)
+        emulator->deepest = outcome->stack_bytes;
+}
+
+bool emulator_set_aside(const struct machine *machine)
+{
+    return machine->emulator->serving && machine->emulator->depth < machine->levels_left;
+}
+
+unsigned emulator_depth(const struct machine *machine)
+{
+    return machine->emulator->depth;
+}
+
+void emulator_go_on(struct machine *machine, struct machine_outcome *outcome)
+{
+    struct emulator *emulator = machine->emulator;
+    const struct emulator_level *level = emulator_level_at(emulator, emulator->depth++);
+
+    uc_context_restore(emulator->uc, level->interrupted);
+    emulator_use_stack(emulator, level);
+    emulator->executed = level->interrupted_executed;
+    emulator->pc = level->interrupted_pc;
+    emulator->block_next = level->block_next;
+    emulator->block_end = level->block_end;
+    emulator->pass = false;
+    emulator_set_stop(emulator, level->interrupt_at);
+    call_on(emulator, level->interrupted_back, outcome);
+}
+
 void emulator_call(struct machine *machine, uint64_t function, void *argument,
                    struct machine_outcome *outcome)
 {
     struct emulator *emulator = machine->emulator;
-    struct emulator_level *level = &emulator->levels[emulator->depth++];
-    const uint64_t begin = machine->timing ? now_ns() : 0;
+    struct emulator_level *level = emulator_level_at(emulator, emulator->depth);
     const uint64_t thumb = emulator->cpu->arch == UC_ARCH_ARM ? function & 1 : 0;
     const uint64_t start = (uint64_t)machine_address(machine, function - thumb);
+
+    machine->levels[machine->order[emulator->depth++]].begun_ns =
+        machine->timing ? machine_now_ns() : 0;
     uc_context_restore(emulator->uc, emulator->fresh);
     emulator_use_stack(emulator, level);
     level->lowest = level->top;
@@ -168,17 +239,5 @@ void emulator_call(struct machine *machine, uint64_t function, void *argument,
     emulator_set_stop(emulator, level->hook != NULL ? level->after : MACHINE_NEVER);
     emulator->pc = 0;
     emulator->cpu->enter(emulator, start, (uint64_t)argument);
-    outcome->abi_broken = 0;
-    outcome->value = 0;
-    emulator_run_on(emulator, start | thumb, outcome);
-    outcome->elapsed_ns = machine->timing ? now_ns() - begin : 0;
-    level->lowest &= ~(uint64_t)(emulator->cpu->word - 1);
-    level->executed = emulator->executed;
-    level->hook = NULL;
-    level->after = MACHINE_NEVER;
-    outcome->instructions = emulator->executed;
-    outcome->stack_bytes = level->top - level->lowest;
-    if (outcome->stack_bytes > emulator->deepest)
-        emulator->deepest = outcome->stack_bytes;
-    emulator->depth--;
+    call_on(emulator, start | thumb, outcome);
 }

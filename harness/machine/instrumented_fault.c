@@ -59,8 +59,9 @@ static enum machine_outcome_kind bad_instruction(struct emulator *emulator,
     case CODE_STEP_SYSCALL_OLD:
         fault->signal = SIGSYS;
         fault->syscall_i386 = emulator->number == CODE_STEP_SYSCALL_OLD;
+        fault->syscall_arm = emulator->cpu->arch == UC_ARCH_ARM;
         fault->syscall = (long)(uint32_t)emulator_read(
-            emulator, emulator->cpu->arch == UC_ARCH_ARM ? UC_ARM_REG_R7 : UC_X86_REG_EAX);
+            emulator, fault->syscall_arm ? UC_ARM_REG_R7 : UC_X86_REG_EAX);
         return MACHINE_SYSCALL;
     case CODE_STEP_BREAKPOINT:
         fault->signal = SIGTRAP;

@@ -41,14 +41,16 @@ static uint8_t *begin(struct emulator *emulator, struct emulator_level *level, s
 void emulator_rehearse(struct machine *machine, struct machine_outcome *outcome)
 {
     struct emulator *emulator = machine->emulator;
-    struct emulator_level *level = &emulator->levels[emulator->depth - 1];
+    struct emulator_level *level = emulator_level_at(emulator, emulator->depth - 1);
     const uint64_t lowest = level->lowest;
     size_t size;
     uint8_t *stack = begin(emulator, level, &size);
 
     emulator_set_stop(emulator, MACHINE_NEVER);
     memset(outcome, 0, sizeof *outcome);
+    machine->rehearsing = true;
     emulator_run_on(emulator, level->interrupted_back, outcome);
+    machine->rehearsing = false;
     level->lowest = lowest;
     memcpy(stack, emulator->rehearsed, size);
 }
@@ -88,7 +90,7 @@ unsigned emulator_next_operands(struct machine *machine,
                                 struct code_operand operands[CODE_OPERANDS])
 {
     struct emulator *emulator = machine->emulator;
-    struct emulator_level *level = &emulator->levels[emulator->depth - 1];
+    struct emulator_level *level = emulator_level_at(emulator, emulator->depth - 1);
     struct emulator_probe probe = { .operands = operands };
     const uint64_t lowest = level->lowest;
     size_t size;

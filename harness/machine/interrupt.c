@@ -37,19 +37,19 @@ enum { VECTOR_DEBUG = 1, VECTOR_BREAKPOINT = 3 };
 
 static struct machine_level *running(struct machine *machine)
 {
-    return &machine->levels[machine->level];
+    return machine_level_at(machine, machine->level);
 }
 
 int machine_levels_open(struct machine *machine, char why[MACHINE_WHY])
 {
-    machine->levels[0].after = MACHINE_NEVER;
+    for (unsigned i = 0; i < MACHINE_LEVELS; i++)
+        machine->levels[i].after = MACHINE_NEVER;
     if (!machine->config.interruptible)
         return 0;
     machine->extended_room = getauxval(AT_MINSIGSTKSZ);
     if (machine->extended_room < SMALLEST_FRAME)
         machine->extended_room = SMALLEST_FRAME;
     for (unsigned i = 0; i < MACHINE_LEVELS; i++) {
-        machine->levels[i].after = MACHINE_NEVER;
         machine->levels[i].extended = malloc(machine->extended_room);
         if (machine->levels[i].extended == NULL)
             return machine_fail(why, -ENOMEM, "no memory for interrupted calls");
@@ -74,7 +74,7 @@ void machine_levels_close(struct machine *machine)
 void machine_level_set(struct machine *machine, unsigned level)
 {
     machine->level = level;
-    machine->stack = machine->levels[level].stack;
+    machine->stack = machine_level_at(machine, level)->stack;
     machine_state.stack_top = machine_stack_top(machine, machine->stack);
     machine_thread_block_update(machine);
 }
@@ -84,7 +84,7 @@ void machine_native_interrupt_next(struct machine *machine, uint64_t after, mach
 {
     struct machine_level *level = running(machine);
 
-    if (!machine->config.interruptible || machine->level + 1 >= machine->level_count)
+    if (!machine->config.interruptible || machine->level + 1 >= machine->levels_left)
         return;
     level->pending = false;
     level->after = after;
@@ -95,7 +95,7 @@ void machine_native_interrupt_next(struct machine *machine, uint64_t after, mach
 
 uint64_t machine_native_instructions(const struct machine *machine)
 {
-    return machine->levels[machine->level].executed;
+    return machine->levels[machine->order[machine->level]].executed;
 }
 
 void machine_level_begin(struct machine *machine)

@@ -15,8 +15,8 @@
  * machine_load() to machine_unload() must happen in the same process and thread, the one that makes
  * the calls: load in the worker, not before the fork. No service may make a call of its own; calls
  * nest only where one interrupts another (machine_interrupt_next). From load to unload of a native
- * machine a watchdog's SIGALRM arrives four times per hang_ns: sleeping system calls of the host
- * end early with EINTR then. The emulator of an instrumented one does allocate when it meets code
+ * machine a watchdog's SIGALRM arrives four times per hang_ns of the thread's processor time:
+ * sleeping system calls of the host may end early with EINTR then. The emulator of an instrumented one does allocate when it meets code
  * for the first time.
  *
  * What the module sees on entry is the same on every run with the same seed: addresses, poison, the
@@ -79,24 +79,27 @@ struct machine_config {
     uint64_t places; /* another number: module, stack and memories lie elsewhere, all else alike */
     enum machine_poison poison;
     size_t stack_size; /* bytes for module code, rounded up to pages; 0 = 256 KiB */
-    uint64_t hang_ns;  /* a call longer than this is a hang; 0 = 1 s. Wall time: found when it
-                          has taken between 1 and 1.25 of this; at least 1 ms. */
+    uint64_t hang_ns;  /* a call longer than this is a hang; 0 = 1 s. The processor's time, so
+                          that what waits in a service does not count: found when it has taken
+                          between 1 and 1.25 of this; at least 1 ms. */
     uint64_t hang_instructions; /* instrumented, instead of hang_ns: a call that has executed so
                                    many is a hang; 0 = hang_ns / 50 */
     const struct machine_trace *trace; /* instrumented; NULL: nothing is traced, which is faster */
     bool interruptible; /* calls may be interrupted; costs MACHINE_LEVELS - 1 stacks more, and
                            nothing in calls that are not */
+    bool asides;        /* calls may be set aside; costs the same stacks */
 };
 
 enum machine_region_access { MACHINE_REGION_READ, MACHINE_REGION_READ_WRITE };
 
 enum machine_outcome_kind {
     MACHINE_RETURNED,
-    MACHINE_FAULT,      /* processor exception: see fault */
-    MACHINE_SYSCALL,    /* module code issued a system call; it was not carried out */
-    MACHINE_HANG,       /* did not return in hang_ns */
-    MACHINE_UNSUPPORTED /* instrumented: the emulated CPU lacks an instruction that a real one of
-                           the target may have (fault.pc); says nothing about the module */
+    MACHINE_FAULT,       /* processor exception: see fault */
+    MACHINE_SYSCALL,     /* module code issued a system call; it was not carried out */
+    MACHINE_HANG,        /* did not return in hang_ns */
+    MACHINE_UNSUPPORTED, /* instrumented: the emulated CPU lacks an instruction that a real one of
+                            the target may have (fault.pc); says nothing about the module */
+    MACHINE_ASIDE        /* a service has set the call aside; it is not over */
 };
 
 /* Parts of the calling convention that a module can break and still return. Everything is put right
@@ -148,6 +151,7 @@ struct machine_fault {
     uint64_t ip;         /* raw instruction pointer */
     long syscall;        /* number, for MACHINE_SYSCALL */
     bool syscall_i386;   /* it is a number of the 32-bit table (int 0x80) */
+    bool syscall_arm;    /* of Arm's (svc) */
     const char *service; /* host service that was running for the module, NULL when none */
     /* Nearest named region to address, "" when none is near (a null pointer). Besides those of
      * machine_map() there are "module" (begins at image.span_begin) and "stack". */
@@ -166,7 +170,8 @@ struct machine_outcome {
     uint64_t stack_bytes;  /* instrumented: how deep this call went into the module's stack, host
                               services not included; native: 0 */
     uint64_t elapsed_ns;   /* wall time of the call, 0 unless timing is on (machine_timing) */
-    struct machine_fault fault; /* not written when MACHINE_RETURNED */
+    unsigned aside;        /* which one it is, when MACHINE_ASIDE */
+    struct machine_fault fault; /* not written when MACHINE_RETURNED or MACHINE_ASIDE */
 };
 
 /* Whether a machine of that kind runs such an image: 0, or -ENOEXEC with the reason. An image with
@@ -193,8 +198,8 @@ void machine_unload(struct machine *machine);
  * The module as if loaded again: its writable memory, poison included, and its stacks are put back
  * to what machine_load() made of them. In a sealed process nothing can be mapped or protected any
  * more, hence from a copy that machine_load() kept; for the module it is the same. Constant memory
- * cannot have changed. Not from inside a call. 0, or -EFBIG when the writable memory was too large
- * for a copy (MACHINE_COPY_LIMIT).
+ * cannot have changed. Not from inside a call, nor while one is set aside. 0, or -EFBIG when the
+ * writable memory was too large for a copy (MACHINE_COPY_LIMIT).
  */
 #define MACHINE_COPY_LIMIT (64u << 20)
 int machine_reload(struct machine *machine, char why[MACHINE_WHY]);
@@ -237,10 +242,10 @@ bool machine_service_caller(const struct machine *machine, uint64_t *pc);
  * process. */
 int machine_seal(struct machine *machine, int evidence_fd, char why[MACHINE_WHY]);
 
-/* "write", "kill": the name of a system call (machine_fault.syscall and syscall_i386), "unknown" for
+/* "write", "kill": the name of the fault's system call, in the table that it says, "unknown" for
  * what has none. Allocates. */
 #define MACHINE_CALL_NAME 32
-void machine_system_call_name(long number, bool i386, char name[MACHINE_CALL_NAME]);
+void machine_system_call_name(const struct machine_fault *fault, char name[MACHINE_CALL_NAME]);
 
 /* Measures elapsed_ns of each call when on (costs two clock reads a call). Off at start. */
 void machine_timing(struct machine *machine, bool on);
@@ -291,6 +296,25 @@ bool machine_rehearses(const struct machine *machine);
  * it pushes or pops). Allocates when first called. How many there are. */
 unsigned machine_next_operands(struct machine *machine,
                                struct code_operand operands[CODE_OPERANDS]);
+
+/*
+ * Calls set aside: a call that waits for something in a host service, while others are made. It
+ * keeps its stack, and comes back from the service when it is gone on with. What it executes, how
+ * deep it goes and how long it takes is counted from its beginning to its end; the hang is found
+ * anew in each of its pieces natively, in their sum on an instrumented machine.
+ *
+ * In a service: the call is left when the service has returned, and machine_call() comes back with
+ * MACHINE_ASIDE. False when it cannot be: no stack would be left for another call, it is being
+ * rehearsed, or the machine sets none aside.
+ */
+bool machine_set_aside(struct machine *machine);
+/* Makes a call that is set aside the next one to go on; from here on the alarm reaches it. Nothing
+ * but machine_alarm_at() may come between this and machine_go_on(). */
+void machine_take_up(struct machine *machine, unsigned aside);
+/* As machine_call(), and its outcome may be MACHINE_ASIDE again. */
+void machine_go_on(struct machine *machine, struct machine_outcome *outcome);
+/* Or it is over: its outcome is MACHINE_HANG in the service. */
+void machine_drop(struct machine *machine, unsigned aside, struct machine_outcome *outcome);
 
 /* How many host services module code has entered so far. */
 uint64_t machine_services(const struct machine *machine);

@@ -77,6 +77,11 @@ struct machine_level {
     greg_t registers[NGREG];
     uint8_t *extended;
     size_t extended_size;
+    /* Set aside. */
+    const char *service;
+    void *service_return;
+    uint64_t stack_pointer; /* natively */
+    uint64_t begun_ns;
 };
 
 /* A function of the host that the module may call. */
@@ -108,6 +113,10 @@ struct machine_ops {
                            void *argument);
     uint64_t (*instructions)(const struct machine *machine);
     void (*rehearse)(struct machine *machine, struct machine_outcome *outcome);
+    bool (*set_aside)(const struct machine *machine); /* whether the running call can be */
+    void (*step_aside)(struct machine *machine);      /* NULL: the machine sees to it itself */
+    unsigned (*depth)(const struct machine *machine); /* of the next call */
+    void (*go_on)(struct machine *machine, struct machine_outcome *outcome);
     unsigned (*next_operands)(struct machine *machine, struct code_operand operands[CODE_OPERANDS]);
     int (*alarm_open)(struct machine *machine, char why[MACHINE_WHY]);
     void (*alarm_at)(struct machine *machine, uint64_t monotonic_ns);
@@ -148,6 +157,11 @@ struct machine {
     unsigned level; /* how many calls are interrupted */
     unsigned level_count;
     struct machine_level levels[MACHINE_LEVELS];
+    unsigned order[MACHINE_LEVELS]; /* which of them is used at what depth; behind levels_left are
+                                       those of calls that are set aside */
+    unsigned levels_left;
+    bool aside;      /* the service that runs has set the call aside */
+    bool rehearsing; /* the call that runs is put back afterwards */
     size_t extended_room;
     uint8_t *rehearsed; /* room for the stack of a call that is rehearsed */
     bool resuming;      /* machine_resume is about to trap */
@@ -257,6 +271,8 @@ struct machine_left machine_enter(void *function, void *argument);
 void machine_abandon(void) __attribute__((noreturn));
 void machine_signal_entry(int sig, siginfo_t *info, void *context);
 void machine_resume(void) __attribute__((noreturn));
+void machine_step_aside(uint64_t *stack_pointer);
+struct machine_left machine_enter_aside(uint64_t stack_pointer);
 struct machine_left machine_enter_again(void);
 extern const uint8_t machine_trampoline_begin[], machine_trampoline_end[], machine_returned[];
 
@@ -285,11 +301,26 @@ static inline uint64_t machine_stack_top(const struct machine *machine, const ui
     return (uint64_t)stack + machine->stack_size - 64;
 }
 
-/* call.c: what became of a call that did not return in good order */
+/* call.c: what became of a native call that the processor is back from */
+void machine_came_back(struct machine *machine, struct machine_left left,
+                       struct machine_outcome *outcome);
+uint64_t machine_now_ns(void);
+/* Services that were cut short left red zones of their frames in the shadow of a stack. */
+void machine_forget_frames(const struct machine *machine, const uint8_t *stack);
+/* what became of a call that did not return in good order */
 void machine_irregular(const struct machine *machine, uint64_t how,
                        struct machine_outcome *outcome);
 /* native.c: what callee-saved register i holds on entry */
 uint64_t machine_sentinel(const struct machine *machine, unsigned i);
+
+/* aside.c */
+struct machine_level *machine_level_at(struct machine *machine, unsigned depth);
+/* The level at that depth, whose call is the running one, is set aside; which one it is. */
+unsigned machine_level_aside(struct machine *machine, unsigned depth);
+bool machine_native_set_aside(const struct machine *machine);
+void machine_native_step_aside(struct machine *machine);
+unsigned machine_native_depth(const struct machine *machine);
+void machine_native_go_on(struct machine *machine, struct machine_outcome *outcome);
 
 /* regions.c */
 uint64_t machine_mix(uint64_t seed, uint64_t a, uint64_t b);

@@ -66,6 +66,8 @@ static int native_open(struct machine *machine, const struct image *image, char 
 static void native_close(struct machine *machine)
 {
     machine_watchdog_stop(machine);
+    for (unsigned i = 0; i < machine->level_count; i++)
+        machine_forget_frames(machine, machine->levels[i].stack);
     machine_levels_close(machine);
     machine_handlers_remove(machine);
     machine_thread_block_close(machine);
@@ -77,7 +79,8 @@ static void native_close(struct machine *machine)
 
 static bool native_busy(const struct machine *machine)
 {
-    return machine->level > 0 || machine_state.active;
+    return machine->level > 0 || machine_state.active ||
+           machine->levels_left < machine->level_count;
 }
 
 const struct machine_ops machine_native = {
@@ -89,6 +92,10 @@ const struct machine_ops machine_native = {
     .interrupt_next = machine_native_interrupt_next,
     .instructions = machine_native_instructions,
     .rehearse = machine_native_rehearse,
+    .set_aside = machine_native_set_aside,
+    .step_aside = machine_native_step_aside,
+    .depth = machine_native_depth,
+    .go_on = machine_native_go_on,
     .next_operands = machine_native_next_operands,
     .alarm_open = machine_native_alarm_open,
     .alarm_at = machine_native_alarm_at,

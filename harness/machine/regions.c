@@ -162,14 +162,17 @@ void machine_fill_stacks(struct machine *machine)
 
 int machine_map_stacks(struct machine *machine, char why[MACHINE_WHY])
 {
-    const unsigned wanted = machine->config.interruptible ? MACHINE_LEVELS : 1;
+    const bool several = machine->config.interruptible || machine->config.asides;
+    const unsigned wanted = several ? MACHINE_LEVELS : 1;
     int error = 0;
 
     for (unsigned level = 0; level < wanted && error == 0; level++)
         error = map_stack(machine, &machine->levels[level].stack, why);
     if (error != 0)
         return error;
-    machine->level_count = wanted;
+    machine->level_count = machine->levels_left = wanted;
+    for (unsigned level = 0; level < wanted; level++)
+        machine->order[level] = level;
     machine->stack = machine->levels[0].stack;
     machine->stack_pattern = machine_mix(machine->config.seed, 1, UINT64_MAX);
     machine_fill_stacks(machine);

@@ -27,7 +27,7 @@ static uint8_t *used_stack(const struct machine *machine, const struct machine_l
 
 void machine_native_rehearse(struct machine *machine, struct machine_outcome *outcome)
 {
-    struct machine_level *level = &machine->levels[machine->level - 1];
+    struct machine_level *level = machine_level_at(machine, machine->level - 1);
     const struct machine_level kept = *level;
     const struct machine_state outer = machine_state;
     struct machine_left left;
@@ -41,8 +41,9 @@ void machine_native_rehearse(struct machine *machine, struct machine_outcome *ou
     machine_level_set(machine, machine->level - 1);
     machine_incident.service_depth = 0;
     machine_incident.hung = false;
-    machine->resuming = true;
+    machine->resuming = machine->rehearsing = true;
     left = machine_enter_again();
+    machine->rehearsing = false;
     memset(outcome, 0, sizeof *outcome);
     outcome->kind = MACHINE_RETURNED;
     outcome->value = left.value;
@@ -62,7 +63,7 @@ unsigned machine_native_next_operands(struct machine *machine,
     static const int numbers[16] = { REG_RAX, REG_RCX, REG_RDX, REG_RBX, REG_RSP, REG_RBP,
                                      REG_RSI, REG_RDI, REG_R8,  REG_R9,  REG_R10, REG_R11,
                                      REG_R12, REG_R13, REG_R14, REG_R15 };
-    const struct machine_level *level = &machine->levels[machine->level - 1];
+    const struct machine_level *level = machine_level_at(machine, machine->level - 1);
     const uint64_t ip = (uint64_t)level->registers[REG_RIP];
     uint64_t registers[16];
     size_t size = LONGEST;

@@ -12,10 +12,6 @@
 
 #include "machine/machine_private.h"
 
-#ifdef ADDRESS_SANITIZER
-#include <sanitizer/asan_interface.h>
-#endif
-
 static size_t writable_bytes(const struct machine *machine)
 {
     size_t count = (machine->span_end - machine->span_begin) / PAGE, bytes = 0;
@@ -70,10 +66,8 @@ int machine_reload(struct machine *machine, char why[MACHINE_WHY])
                             writable_bytes(machine));
     copy_pages(machine, true);
     machine->stack_deepest = machine_stack_used(machine);
-#ifdef ADDRESS_SANITIZER
     for (unsigned level = 0; level < machine->level_count; level++)
-        __asan_unpoison_memory_region(machine->levels[level].stack, machine->stack_size);
-#endif
+        machine_forget_frames(machine, machine->levels[level].stack);
     machine_fill_stacks(machine);
     if (machine->ops->reloaded != NULL)
         machine->ops->reloaded(machine);

@@ -36,7 +36,10 @@ int64_t machine_service_call(struct machine *machine, unsigned number, struct ar
 
     machine_service_enter(machine, service->name, return_address);
     machine->caller = return_address;
+    machine->aside = false;
     value = service->function(service->context, arguments);
+    if (machine->aside && machine->ops->step_aside != NULL)
+        machine->ops->step_aside(machine);
     machine_service_leave(machine);
     return value;
 }

@@ -9,12 +9,13 @@
 
 #define X32_BIT 0x40000000
 
-void machine_system_call_name(long number, bool i386, char name[MACHINE_CALL_NAME])
+void machine_system_call_name(const struct machine_fault *fault, char name[MACHINE_CALL_NAME])
 {
-    const uint32_t table = i386                      ? SCMP_ARCH_X86
-                           : (number & X32_BIT) != 0 ? SCMP_ARCH_X32
-                                                     : SCMP_ARCH_X86_64;
-    char *found = seccomp_syscall_resolve_num_arch(table, (int)number);
+    const uint32_t table = fault->syscall_arm                ? SCMP_ARCH_ARM
+                           : fault->syscall_i386             ? SCMP_ARCH_X86
+                           : (fault->syscall & X32_BIT) != 0 ? SCMP_ARCH_X32
+                                                             : SCMP_ARCH_X86_64;
+    char *found = seccomp_syscall_resolve_num_arch(table, (int)fault->syscall);
 
     snprintf(name, MACHINE_CALL_NAME, "%s", found != NULL ? found : "unknown");
     free(found);

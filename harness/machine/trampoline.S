@@ -19,6 +19,8 @@
         .hidden machine_signal_entry
         .hidden machine_resume
         .hidden machine_enter_again
+        .hidden machine_step_aside
+        .hidden machine_enter_aside
         .hidden machine_returned
         .hidden machine_trampoline_begin
         .hidden machine_trampoline_end
@@ -57,6 +59,36 @@ begin_windows:
         xor     %r11d, %r11d
         call    *%rax
         jmp     returned_windows
+
+/* struct machine_left machine_enter_aside(uint64_t stack_pointer): back to where
+ * machine_step_aside() left a call; comes back as machine_enter() does. */
+        .globl  machine_enter_aside
+        .type   machine_enter_aside, @function
+machine_enter_aside:
+        push    %rbx
+        push    %rbp
+        push    %r12
+        push    %r13
+        push    %r14
+        push    %r15
+        lea     machine_state(%rip), %rcx
+        mov     %rsp, STATE_HOST_RSP(%rcx)
+        stmxcsr STATE_HOST_MXCSR(%rcx)
+        fnstcw  STATE_HOST_X87(%rcx)
+        incq    STATE_SERIAL(%rcx)
+        movl    $1, STATE_ACTIVE(%rcx)
+        mov     %rdi, %rsp
+        ldmxcsr 0(%rsp)
+        fldcw   4(%rsp)
+        add     $8, %rsp
+        pop     %r15
+        pop     %r14
+        pop     %r13
+        pop     %r12
+        pop     %rbp
+        pop     %rbx
+        ret
+        .size   machine_enter_aside, . - machine_enter_aside
 
 /* struct machine_left machine_enter(void *function, void *argument) */
         .globl  machine_enter
@@ -255,6 +287,30 @@ machine_abandon:
         mov     $LEFT_ABANDONED, %edx
         jmp     repair
         .size   machine_abandon, . - machine_abandon
+
+/* void machine_step_aside(uint64_t *stack_pointer): in a host service, leaves the call in progress
+ * for as long as the host likes; machine_enter() returns. What a service may not touch is kept on
+ * the call's stack. */
+        .globl  machine_step_aside
+        .type   machine_step_aside, @function
+machine_step_aside:
+        push    %rbx
+        push    %rbp
+        push    %r12
+        push    %r13
+        push    %r14
+        push    %r15
+        sub     $8, %rsp
+        stmxcsr 0(%rsp)
+        fnstcw  4(%rsp)
+        mov     %rsp, (%rdi)
+        lea     machine_state(%rip), %rcx
+        movl    $0, STATE_ACTIVE(%rcx)
+        mov     STATE_HOST_RSP(%rcx), %rsp
+        xor     %eax, %eax
+        mov     $LEFT_ASIDE, %edx
+        jmp     repair
+        .size   machine_step_aside, . - machine_step_aside
 
 /* Goes on with the call that was interrupted: the signal handler puts its context back. */
         .globl  machine_resume

@@ -57,5 +57,6 @@
 #define LEFT_CLEAN     0
 #define LEFT_BROKEN    1
 #define LEFT_ABANDONED 2
+#define LEFT_ASIDE     3
 
 #endif

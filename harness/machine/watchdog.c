@@ -4,8 +4,8 @@
  *
  * One timer ticks all the time, so that a call costs no system call. A tick that finds the call
  * which an earlier tick saw counts; the one that makes HANG_TICKS periods finds a hang, between
- * hang_ns and a quarter more after the call began. A process that does not get the processor gets
- * no more than one tick for it, so that a busy machine does not make a hang.
+ * hang_ns and a quarter more after the call began. It ticks by the time that the processor spends
+ * on this thread, so that a busy machine does not make a hang.
  *
  * A tick may land anywhere. Between calls it finds no call active. In the trampoline the call is
  * beginning or over: nothing is done, the next tick sees. In a host service the service is asked to
@@ -40,7 +40,7 @@ int machine_watchdog_start(struct machine *machine, char why[MACHINE_WHY])
     event.sigev_notify = SIGEV_THREAD_ID;
     event.sigev_signo = SIGALRM;
     event.sigev_notify_thread_id = (int)syscall(SYS_gettid);
-    if (timer_create(CLOCK_MONOTONIC, &event, &machine->timer) != 0)
+    if (timer_create(CLOCK_THREAD_CPUTIME_ID, &event, &machine->timer) != 0)
         return machine_fail(why, -errno, "no timer for the watchdog: %s", strerror(errno));
     machine->has_timer = true;
     every.it_value.tv_sec = (time_t)(period / 1000000000u);

@@ -79,7 +79,7 @@ static void fact(FILE *out, const char *name, const char *value, bool code)
 
 static void facts(const struct report *r, FILE *out)
 {
-    char number[24];
+    char number[24], runs[96];
     fputs("<dl>\n", out);
     fact(out, "Module", r->path, true);
     fact(out, "SHA-256", r->sha256, true);
@@ -88,9 +88,15 @@ static void facts(const struct report *r, FILE *out)
     fact(out, "Evidence", r->evidence, true);
     snprintf(number, sizeof number, "0x%" PRIx64, r->seed);
     fact(out, "Seed", number, true);
+    fact(out, "Configuration", r->config, true);
     if (r->cycles != 0) {
         snprintf(number, sizeof number, "%" PRIu64, r->cycles);
         fact(out, "Cycles of a run", number, false);
+    }
+    if (r->runs_all > 0) {
+        snprintf(runs, sizeof runs, "%u, %u of them on the instrumented machine (emulated CPU)",
+                 r->runs_all, r->runs_emulated);
+        fact(out, "Runs", runs, false);
     }
     if (r->strict)
         fact(out, "Strict", "\"should\" rules decide, too", false);

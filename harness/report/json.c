@@ -183,8 +183,13 @@ int report_json(const struct report *r, FILE *stream)
     json_object_set_new(root, "profile", json_text(r->profile));
     json_object_set_new(root, "seed", json_hex(r->seed));
     json_object_set_new(root, "selection", json_text(r->selection));
+    json_object_set_new(root, "config", json_text(r->config));
     json_object_set_new(root, "cycles", r->cycles != 0 ? count(r->cycles) : json_null());
     json_object_set_new(root, "strict", json_boolean(r->strict));
+    json_object_set_new(root, "instrumented", json_boolean(r->instrumented));
+    json_object_set_new(root, "machines",
+                        json_pack("{s:i, s:i}", "native", (int)(r->runs_all - r->runs_emulated),
+                                  "instrumented", (int)r->runs_emulated));
     json_object_set_new(root, "rule_book", json_text(r->rule_book));
     json_object_set_new(root, "evidence", json_text(r->evidence));
     json_object_set_new(root, "verdict", json_text(verdict_name(r->verdict)));

@@ -114,17 +114,26 @@ static void rule_case(const struct report *r, const struct rule_report *rule, FI
     fputs("\n    </testcase>\n", out);
 }
 
-/* Of a group, or of all (NULL): tests, failures, errors, skipped. */
+static unsigned expired_waivers(const struct report *r)
+{
+    unsigned count = 0;
+    for (size_t i = 0; i < r->waiver_count; i++)
+        count += r->waivers[i].expired;
+    return count;
+}
+
+/* Of a group, or of all (NULL), waivers included: tests, failures, errors, skipped. */
 static void counts(const struct report *r, const char *group, FILE *out)
 {
     struct report_tally tally;
     unsigned errors = 0;
+    const unsigned expired = group == NULL ? expired_waivers(r) : 0;
     report_tally(r, group, &tally);
     for (size_t i = 0; i < r->rule_count; i++)
         errors += r->rules[i].outcome == RULE_NOT_JUDGED && report_decides(r, &r->rules[i]) &&
                   (group == NULL || strcmp(group, r->rules[i].group) == 0);
-    fprintf(out, " tests=\"%u\" failures=\"%u\" errors=\"%u\" skipped=\"%u\"", tally.all,
-            tally.failed, errors, tally.all - tally.passed - tally.failed - errors);
+    fprintf(out, " tests=\"%u\" failures=\"%u\" errors=\"%u\" skipped=\"%u\"", tally.all + expired,
+            tally.failed + expired, errors, tally.all - tally.passed - tally.failed - errors);
 }
 
 static void property(FILE *out, const char *name, const char *value)
@@ -158,6 +167,35 @@ static void group_suite(const struct report *r, const struct group_report *group
     fputs("  </testsuite>\n", out);
 }
 
+/* One that is out of date fails the module, whatever became of its rule. */
+static void waiver_suite(const struct report *r, FILE *out)
+{
+    const unsigned expired = expired_waivers(r);
+    if (expired == 0)
+        return;
+    fprintf(out,
+            "  <testsuite name=\"waivers\" tests=\"%u\" failures=\"%u\" errors=\"0\" "
+            "skipped=\"0\" time=\"0.000\">\n",
+            expired, expired);
+    for (size_t i = 0; i < r->waiver_count; i++) {
+        const struct waiver_report *waiver = &r->waivers[i];
+        if (!waiver->expired)
+            continue;
+        fputs("    <testcase classname=\"tgm.", out);
+        markup_text(out, r->profile);
+        fputs(".waivers\"", out);
+        attribute(out, "name", waiver->rule);
+        fputs(">\n      <failure type=\"waiver\" message=\"out of date since ", out);
+        markup_text(out, waiver->expiry);
+        fputs("\">by ", out);
+        markup_text(out, waiver->owner);
+        fputs(": ", out);
+        markup_text(out, waiver->reason);
+        fputs("\nrenew it or take it away</failure>\n    </testcase>\n", out);
+    }
+    fputs("  </testsuite>\n", out);
+}
+
 int report_junit(const struct report *r, FILE *stream)
 {
     double seconds = 0;
@@ -169,6 +207,7 @@ int report_junit(const struct report *r, FILE *stream)
     fprintf(stream, " time=\"%.3f\">\n", seconds);
     for (size_t i = 0; i < r->group_count; i++)
         group_suite(r, &r->groups[i], stream);
+    waiver_suite(r, stream);
     fputs("</testsuites>\n", stream);
     return fflush(stream) == 0 && !ferror(stream) ? 0 : -EIO;
 }

@@ -25,19 +25,20 @@ struct finding {
     char what[FINDING_TEXT];  /* what was seen, one sentence without full stop */
     char when[64];            /* "in cycle 200 at Cycle_Time 500 us", "" when it has no time */
     char place[FINDING_TEXT]; /* "gantry.tgm+0x1a4 (Program_04) gantry.c:88", "" when it has none */
-    char
-        again[FINDING_TEXT]; /* command line that shows it again, "" when the file alone shows it */
-    char debug[FINDING_TEXT]; /* the same run under a debugger, "" when there is none */
-    uint32_t plain_us;        /* Cycle_Time of the run it was in, if that was the usual one in all
-                                 else; 0: not */
-    const char *function;     /* entry function, NULL when it is not about one */
+    char again[FINDING_TEXT]; /* command line that shows it again, "" when it would be too long */
+    char debug[2 * FINDING_TEXT]; /* the same run under a debugger, "" when there is none */
+    uint32_t plain_us;    /* Cycle_Time of the run it was in, if that was the usual one in all
+                             else; 0: not */
+    bool stops;           /* a debugger stops there by itself: the module faulted */
+    const char *function; /* entry function, NULL when it is not about one */
     bool has_address;
     uint64_t address; /* of the module, where it happened */
     char file[256];   /* source file as the compiler recorded it, "" when it is not known */
     int line;
     bool has_cycle;
     uint64_t cycle;
-    uint64_t count; /* times seen, at least 1 */
+    uint64_t cycles_needed; /* that a run must have for it to be seen; 0: up to its cycle */
+    uint64_t count;         /* times seen, at least 1 */
 };
 
 struct rule_report {
@@ -125,7 +126,7 @@ struct plot_report {
 struct waiver_report {
     const char *rule, *reason, *owner;
     const char *expiry; /* "2027-03-31" */
-    bool expired;       /* its rule fails as if it were not there */
+    bool expired;       /* it fails the module, whether its rule failed or not */
     bool used;          /* its rule failed */
 };
 
@@ -137,6 +138,7 @@ struct report {
     const char *profile, *profile_title;
     uint64_t seed;
     const char *selection; /* pattern of the rules that were asked for, NULL: all */
+    const char *config;    /* file that it was judged under, at its one Cycle_Time; NULL: none */
     uint64_t cycles;       /* of each run, as asked for; 0: as the suite has them */
     struct rule_report *rules;
     size_t rule_count;
@@ -144,8 +146,11 @@ struct report {
     size_t group_count;
     /* Rules; one of severity note counts as passed or noted only. */
     unsigned passed, failed, not_judged, noted;
-    unsigned waived; /* of the failed */
-    bool strict;     /* failed "should" rules fail the module, too */
+    unsigned waived;        /* of the failed */
+    bool strict;            /* failed "should" rules fail the module, too */
+    bool instrumented;      /* every run that can be was to be on the instrumented machine */
+    unsigned runs_all;      /* that were made */
+    unsigned runs_emulated; /* of them, on the instrumented machine: asked for or not */
     enum verdict verdict;
     const char *rule_book; /* sha256 of the rules as they were judged; NULL: not known */
     const char *evidence;  /* sha256 of the manifest of the saved evidence; NULL: not saved */

@@ -213,10 +213,34 @@ static json_t *run_properties(const struct report *r)
     json_object_set_new(object, "profile", json_text(r->profile));
     json_object_set_new(object, "seed", json_hex(r->seed));
     json_object_set_new(object, "strict", json_boolean(r->strict));
+    json_object_set_new(object, "instrumented", json_boolean(r->instrumented));
     if (r->rule_book != NULL)
         json_object_set_new(object, "ruleBook", json_text(r->rule_book));
     if (r->evidence != NULL)
         json_object_set_new(object, "evidence", json_text(r->evidence));
+    return object;
+}
+
+/* Waivers that are out of date: no result of any rule, and they fail the module. */
+static json_t *invocation(const struct report *r)
+{
+    json_t *object = json_object(), *notes = json_array();
+    char text[FINDING_TEXT];
+    for (size_t i = 0; i < r->waiver_count; i++) {
+        const struct waiver_report *waiver = &r->waivers[i];
+        if (!waiver->expired)
+            continue;
+        snprintf(text, sizeof text, "The waiver for %s is out of date since %s (%s: %s).",
+                 waiver->rule, waiver->expiry, waiver->owner, waiver->reason);
+        json_t *note = json_object(), *rule = json_object();
+        json_object_set_new(rule, "id", json_text(waiver->rule));
+        json_object_set_new(note, "level", json_text("error"));
+        json_object_set_new(note, "message", message(text));
+        json_object_set_new(note, "associatedRule", rule);
+        json_array_append_new(notes, note);
+    }
+    json_object_set_new(object, "executionSuccessful", json_true());
+    json_object_set_new(object, "toolConfigurationNotifications", notes);
     return object;
 }
 
@@ -226,6 +250,7 @@ int report_sarif(const struct report *r, FILE *stream)
     for (size_t i = 0; i < r->rule_count; i++)
         add_results(r, i, results);
     json_object_set_new(run, "tool", json_pack("{so}", "driver", driver(r)));
+    json_object_set_new(run, "invocations", json_pack("[o]", invocation(r)));
     json_object_set_new(run, "artifacts", json_pack("[o]", artifact(r)));
     json_object_set_new(run, "columnKind", json_text("unicodeCodePoints"));
     json_object_set_new(run, "results", results);

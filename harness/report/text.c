@@ -124,7 +124,7 @@ static void waivers(const struct report *r, FILE *out, const struct paint *p)
         markup_plain(out, waiver->owner);
         fputs(": ", out);
         markup_plain(out, waiver->reason);
-        fputs(waiver->expired ? " (out of date: it counts no more)"
+        fputs(waiver->expired ? " (out of date: it fails the module; renew it or take it away)"
               : !waiver->used ? " (not needed: the rule did not fail)"
                               : "",
               out);
@@ -232,6 +232,10 @@ void report_text(const struct report *r, FILE *out, bool colour)
         fputs(" rules=", out);
         markup_plain(out, r->selection);
     }
-    fprintf(out, "%s%s seed=0x%" PRIx64 " sha256=%s\n", r->strict ? " strict" : "", cycles, r->seed,
-            r->sha256);
+    if (r->config != NULL) {
+        fputs(" config=", out);
+        markup_plain(out, r->config);
+    }
+    fprintf(out, "%s%s%s seed=0x%" PRIx64 " sha256=%s\n", r->strict ? " strict" : "",
+            r->instrumented ? " instrumented" : "", cycles, r->seed, r->sha256);
 }

@@ -129,9 +129,9 @@ long Program_01(PLC_DATA *pData)
 long Program_02(PLC_DATA *pData)
 {
 #if TGM_GENERATION == 4
-    TGM_LARGE_INTEGER pause = { .QuadPart = -10000 };
+    TGM_LARGE_INTEGER pause = { .QuadPart = 12345 };
 #else
-    PLC_LARGE_INTEGER pause = { .QuadPart = -10000 };
+    PLC_LARGE_INTEGER pause = { .QuadPart = 12345 };
 #endif
     pData->functions.pSleepFt(&pause);
     return 1;
