@@ -7,7 +7,7 @@ set -eu
 cd "$(dirname "$0")/.."
 build=${BUILD:-build}
 tgm=${TGM:-$build/tgm}
-seconds=4
+seconds=20
 case $build in /*) ;; *) build=$PWD/$build ;; esac
 
 now() { date +%s%N; }
