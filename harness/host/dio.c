@@ -28,6 +28,20 @@ static bool is_status(const struct host *host, size_t slave, enum bus_direction 
     return false;
 }
 
+/* The place lies right behind the last piece, on the wire as in its word: one piece then. */
+static bool joined(struct terminal_side *side, const struct terminal_piece *next)
+{
+    if (side->piece_count == 0)
+        return false;
+    struct terminal_piece *last = &side->pieces[side->piece_count - 1];
+    if (next->word != last->word || next->shift != last->shift + last->place.bits ||
+        (next->place.byte - last->place.byte) * 8 + next->place.bit !=
+            last->place.bit + last->place.bits)
+        return false;
+    last->place.bits = (uint8_t)(last->place.bits + next->place.bits);
+    return true;
+}
+
 /* Digital bits go into words one after the other; a piece of a word each. */
 static bool add_bits(struct host *host, struct terminal *terminal, enum bus_direction direction,
                      unsigned first, unsigned count)
@@ -36,13 +50,18 @@ static bool add_bits(struct host *host, struct terminal *terminal, enum bus_dire
     while (count > 0) {
         const unsigned shift = side->bits % DIO_WORD_BITS;
         const unsigned room = DIO_WORD_BITS - shift, part = count < room ? count : room;
-        if (side->bits + part > DIGITAL_BITS || side->piece_count == TERMINAL_PIECES)
+        if (side->bits + part > DIGITAL_BITS)
             return false;
-        side->pieces[side->piece_count++] = (struct terminal_piece){
+        const struct terminal_piece piece = {
             .place = bus_bits(host->bus, terminal->slave, direction, first, part),
             .word = (uint8_t)(side->bits / DIO_WORD_BITS),
             .shift = (uint8_t)shift,
         };
+        if (!joined(side, &piece)) {
+            if (side->piece_count == TERMINAL_PIECES)
+                return false;
+            side->pieces[side->piece_count++] = piece;
+        }
         side->bits += part;
         first += part;
         count -= part;

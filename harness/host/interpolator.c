@@ -321,8 +321,12 @@ static bool asleep(const struct interpolator *in)
            !interp_run_is_active(&in->run);
 }
 
-static void step_asleep(struct interpolator *in)
+/* Once a cycle, before Program_05 has its say in slot 0 and the set-points leave (M9): what a
+ * module writes there stands until then. */
+static void step_asleep(const struct host *host, struct interpolator *in)
 {
+    if (host->now_ns != host_time_of(host))
+        return;
     override_of(in);
     publish_rest(in);
     publish_status(in);
@@ -349,7 +353,7 @@ static void slot(struct host *host)
         struct interpolator *in = &host->interpolators[i];
         const uint64_t begin = host_stopwatch(host);
         if (asleep(in)) {
-            step_asleep(in);
+            step_asleep(host, in);
         } else {
             interpolator_command(host, in);
             step(host, in);
