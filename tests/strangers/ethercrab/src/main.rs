@@ -84,10 +84,11 @@ async fn walk(interface: &str, expected: &[&Expected], score: &mut Score) -> Res
     let maindevice = MainDevice::new(
         pdu_loop,
         Timeouts {
-            pdu: Duration::from_millis(200),
-            eeprom: Duration::from_millis(500),
+            // Patience for a machine that does other things: nothing is lost on this bus.
+            pdu: Duration::from_secs(2),
+            eeprom: Duration::from_secs(5),
             wait_loop_delay: Duration::from_millis(1),
-            mailbox_echo: Duration::from_millis(500),
+            mailbox_echo: Duration::from_secs(5),
             ..Timeouts::default()
         },
         MainDeviceConfig {
