@@ -3,7 +3,6 @@
 
 #include <errno.h>
 #include <jansson.h>
-#include <sodium.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -11,6 +10,7 @@
 
 #include "host/evidence_file.h"
 #include "host/scenario.h"
+#include "image/sha256.h"
 
 struct archive {
     char folder[4096], module[ARCHIVE_PATH];
@@ -32,13 +32,6 @@ static __attribute__((format(printf, 2, 3))) int refuse(char why[CHECK_WHY], con
     return -EINVAL;
 }
 
-static void hash_of(const void *bytes, size_t size, char hash[ARCHIVE_HASH])
-{
-    unsigned char digest[crypto_hash_sha256_BYTES];
-    crypto_hash_sha256(digest, bytes, size);
-    sodium_bin2hex(hash, ARCHIVE_HASH, digest, sizeof digest);
-}
-
 /* The same, and it must be what the manifest says. */
 static char *read_listed(const struct archive *archive, const char *name, size_t *size,
                          char why[CHECK_WHY])
@@ -54,7 +47,7 @@ static char *read_listed(const struct archive *archive, const char *name, size_t
     char *bytes = archive_read(archive->folder, name, size, why);
     if (bytes == NULL)
         return NULL;
-    hash_of(bytes, *size, hash);
+    sha256_text(bytes, *size, hash);
     if ((json_int_t)*size == length && strcmp(hash, wanted) == 0)
         return bytes;
     if ((json_int_t)*size != length)
@@ -176,7 +169,7 @@ static int read_manifest(struct archive *archive, char why[CHECK_WHY])
     char *text = archive_read(archive->folder, ARCHIVE_MANIFEST, &size, why);
     if (text == NULL)
         return -EINVAL;
-    hash_of(text, size, archive->hash);
+    sha256_text(text, size, archive->hash);
     archive->manifest = json_loadb(text, size, JSON_REJECT_DUPLICATES, &error);
     free(text);
     if (archive->manifest == NULL)

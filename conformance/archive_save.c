@@ -5,7 +5,6 @@
 #include <errno.h>
 #include <inttypes.h>
 #include <jansson.h>
-#include <sodium.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -13,6 +12,7 @@
 #include <unistd.h>
 
 #include "host/evidence_file.h"
+#include "image/sha256.h"
 
 struct saver {
     const char *folder;
@@ -32,13 +32,6 @@ static int no_text(const struct saver *saver, const char *name)
 {
     snprintf(saver->why, CHECK_WHY, "evidence cannot have the name '%s': it is not UTF-8", name);
     return -EINVAL;
-}
-
-static void hash_of(const void *bytes, size_t size, char hash[ARCHIVE_HASH])
-{
-    unsigned char digest[crypto_hash_sha256_BYTES];
-    crypto_hash_sha256(digest, bytes, size);
-    sodium_bin2hex(hash, ARCHIVE_HASH, digest, sizeof digest);
 }
 
 static int in_folder(const struct saver *saver, const char *name, char path[ARCHIVE_PATH])
@@ -67,7 +60,7 @@ static int add_file(const struct saver *saver, const char *name, const void *byt
 {
     char hash[ARCHIVE_HASH];
     const int r = write_file(saver, name, bytes, size);
-    hash_of(bytes, size, hash);
+    sha256_text(bytes, size, hash);
     if (r == 0)
         json_object_set_new(saver->files, name,
                             json_pack("{s:I, s:s}", "size", (json_int_t)size, "sha256", hash));
@@ -278,7 +271,7 @@ int archive_save(const struct check *check, const struct check_options *options,
         r = -EINVAL;
     }
     if (r == 0) {
-        hash_of(text, strlen(text), hash);
+        sha256_text(text, strlen(text), hash);
         r = write_file(&saver, ARCHIVE_MANIFEST, text, strlen(text));
     }
     free(text);

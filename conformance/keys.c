@@ -9,6 +9,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "image/sha256.h"
+
 _Static_assert(KEY_PUBLIC == crypto_sign_PUBLICKEYBYTES, "Ed25519");
 _Static_assert(KEY_SECRET == crypto_sign_SECRETKEYBYTES, "Ed25519");
 _Static_assert(KEY_ID == 2 * crypto_hash_sha256_BYTES + 1, "SHA-256");
@@ -71,9 +73,7 @@ static bool read_pem(const struct pem *pem, const char *text, size_t size,
 
 static void name_key(struct public_key *key)
 {
-    unsigned char hash[crypto_hash_sha256_BYTES];
-    crypto_hash_sha256(hash, key->bytes, sizeof key->bytes);
-    sodium_bin2hex(key->id, sizeof key->id, hash, sizeof hash);
+    sha256_text(key->bytes, sizeof key->bytes, key->id);
 }
 
 bool keys_parse_public(struct public_key *key, const char *text, size_t size)

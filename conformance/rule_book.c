@@ -2,18 +2,11 @@
 #include "conformance/rule_book.h"
 
 #include <inttypes.h>
-#include <sodium.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "conformance/check.h"
-
-static void hash_of(const void *bytes, size_t size, char hash[RULE_BOOK_HASH])
-{
-    unsigned char digest[crypto_hash_sha256_BYTES];
-    crypto_hash_sha256(digest, bytes, size);
-    sodium_bin2hex(hash, RULE_BOOK_HASH, digest, sizeof digest);
-}
+#include "image/sha256.h"
 
 /* What is as usual is 0, and left out. */
 static void number(FILE *out, const char *name, uint64_t value)
@@ -88,7 +81,7 @@ static void write_experiment(FILE *out, const struct planned *planned)
     number(out, "at", e->host.preempt.at);
     number(out, "calls", e->host.preempt.calls);
     if (e->host.faults != NULL) {
-        hash_of(e->host.faults, strlen(e->host.faults), hash);
+        sha256_text(e->host.faults, strlen(e->host.faults), hash);
         fprintf(out, " faults=%s", hash);
     }
     fputc('\n', out);
@@ -134,6 +127,6 @@ void rule_book_hash(char hash[RULE_BOOK_HASH])
     rule_book_write(out);
     if (fclose(out) != 0)
         abort();
-    hash_of(text, size, hash);
+    sha256_text(text, size, hash);
     free(text);
 }

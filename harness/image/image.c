@@ -4,11 +4,11 @@
  * pe*.c and flat.c.
  */
 #include "image/image_private.h"
+#include "image/sha256.h"
 
 #include <elf.h>
 #include <errno.h>
 #include <fcntl.h>
-#include <sodium.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -234,13 +234,6 @@ static void drop_contents(struct image *image)
     image_free_texts(image);
 }
 
-static void hash(struct image *image)
-{
-    unsigned char digest[crypto_hash_sha256_BYTES];
-    crypto_hash_sha256(digest, image->bytes, image->size);
-    sodium_bin2hex(image->sha256, sizeof image->sha256, digest, sizeof digest);
-}
-
 /* Takes over bytes in any case. */
 static int open_bytes(struct image **out, const char *path, uint8_t *bytes, size_t size,
                       char why[IMAGE_WHY])
@@ -260,7 +253,7 @@ static int open_bytes(struct image **out, const char *path, uint8_t *bytes, size
     int error =
         image->path == NULL || image->lines == NULL || image->routines == NULL ? -ENOMEM : 0;
     if (error == 0) {
-        hash(image);
+        sha256_text(image->bytes, image->size, image->sha256);
         error = describe(image);
     }
     if (error != 0) {
