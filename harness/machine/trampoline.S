@@ -24,6 +24,36 @@
         .hidden machine_returned
         .hidden machine_trampoline_begin
         .hidden machine_trampoline_end
+
+/* The general registers that a function of C keeps. */
+        .macro  push_kept
+        push    %rbx
+        push    %rbp
+        push    %r12
+        push    %r13
+        push    %r14
+        push    %r15
+        .endm
+
+        .macro  pop_kept
+        pop     %r15
+        pop     %r14
+        pop     %r13
+        pop     %r12
+        pop     %rbp
+        pop     %rbx
+        .endm
+
+/* On the way into a call: what the host is to find again. rcx is machine_state from here on. */
+        .macro  leave_host
+        push_kept
+        lea     machine_state(%rip), %rcx
+        mov     %rsp, STATE_HOST_RSP(%rcx)
+        stmxcsr STATE_HOST_MXCSR(%rcx)
+        fnstcw  STATE_HOST_X87(%rcx)
+        incq    STATE_SERIAL(%rcx)
+        .endm
+
         .globl  machine_trampoline_begin
 machine_trampoline_begin:
 
@@ -65,28 +95,13 @@ begin_windows:
         .globl  machine_enter_aside
         .type   machine_enter_aside, @function
 machine_enter_aside:
-        push    %rbx
-        push    %rbp
-        push    %r12
-        push    %r13
-        push    %r14
-        push    %r15
-        lea     machine_state(%rip), %rcx
-        mov     %rsp, STATE_HOST_RSP(%rcx)
-        stmxcsr STATE_HOST_MXCSR(%rcx)
-        fnstcw  STATE_HOST_X87(%rcx)
-        incq    STATE_SERIAL(%rcx)
+        leave_host
         movl    $1, STATE_ACTIVE(%rcx)
         mov     %rdi, %rsp
         ldmxcsr 0(%rsp)
         fldcw   4(%rsp)
         add     $8, %rsp
-        pop     %r15
-        pop     %r14
-        pop     %r13
-        pop     %r12
-        pop     %rbp
-        pop     %rbx
+        pop_kept
         ret
         .size   machine_enter_aside, . - machine_enter_aside
 
@@ -95,17 +110,7 @@ machine_enter_aside:
         .type   machine_enter, @function
         .p2align 6
 machine_enter:
-        push    %rbx
-        push    %rbp
-        push    %r12
-        push    %r13
-        push    %r14
-        push    %r15
-        lea     machine_state(%rip), %rcx
-        mov     %rsp, STATE_HOST_RSP(%rcx)
-        stmxcsr STATE_HOST_MXCSR(%rcx)
-        fnstcw  STATE_HOST_X87(%rcx)
-        incq    STATE_SERIAL(%rcx)
+        leave_host
         mov     %rdi, %rax
         mov     %rsi, %rdi
         mov     STATE_SENTINEL+0(%rcx), %rbx
@@ -199,12 +204,7 @@ compare:
         jnz     broken
         mov     %r11, %rax
         xor     %edx, %edx              /* LEFT_CLEAN */
-back:   pop     %r15
-        pop     %r14
-        pop     %r13
-        pop     %r12
-        pop     %rbp
-        pop     %rbx
+back:   pop_kept
         ret
 
 broken: mov     %rbx, STATE_SEEN+0(%rcx)
@@ -294,12 +294,7 @@ machine_abandon:
         .globl  machine_step_aside
         .type   machine_step_aside, @function
 machine_step_aside:
-        push    %rbx
-        push    %rbp
-        push    %r12
-        push    %r13
-        push    %r14
-        push    %r15
+        push_kept
         sub     $8, %rsp
         stmxcsr 0(%rsp)
         fnstcw  4(%rsp)
@@ -325,17 +320,7 @@ machine_resume:
         .globl  machine_enter_again
         .type   machine_enter_again, @function
 machine_enter_again:
-        push    %rbx
-        push    %rbp
-        push    %r12
-        push    %r13
-        push    %r14
-        push    %r15
-        lea     machine_state(%rip), %rcx
-        mov     %rsp, STATE_HOST_RSP(%rcx)
-        stmxcsr STATE_HOST_MXCSR(%rcx)
-        fnstcw  STATE_HOST_X87(%rcx)
-        incq    STATE_SERIAL(%rcx)
+        leave_host
         jmp     machine_resume
         .size   machine_enter_again, . - machine_enter_again
 
