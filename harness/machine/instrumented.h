@@ -182,6 +182,8 @@ void emulator_go_on(struct machine *machine, struct machine_outcome *outcome);
 
 void emulator_set_stop(struct emulator *emulator, uint64_t interrupt_at);
 void emulator_use_stack(struct emulator *emulator, const struct emulator_level *level);
+/* Back to the state of a call that is interrupted or aside. */
+void emulator_take_up(struct emulator *emulator, const struct emulator_level *level);
 /* The running level's call to its end, from an address on. */
 void emulator_run_on(struct emulator *emulator, uint64_t pc, struct machine_outcome *outcome);
 

@@ -36,6 +36,26 @@ void emulator_use_stack(struct emulator *emulator, const struct emulator_level *
     memcpy(emulator->thread_host + 2 * (size_t)word, &limit, word);
 }
 
+/* The state of a call that others are to be made during; back: where it is gone on with. */
+static void put_down(struct emulator *emulator, struct emulator_level *level, uint64_t back)
+{
+    uc_context_save(emulator->uc, level->interrupted);
+    level->interrupted_back = back;
+    level->interrupted_pc = emulator->pc;
+    level->interrupted_sp = emulator_read(emulator, emulator->cpu->sp);
+    level->interrupted_executed = emulator->executed;
+}
+
+void emulator_take_up(struct emulator *emulator, const struct emulator_level *level)
+{
+    uc_context_restore(emulator->uc, level->interrupted);
+    emulator_use_stack(emulator, level);
+    emulator->executed = level->interrupted_executed;
+    emulator->pc = level->interrupted_pc;
+    emulator->block_end = 0;
+    emulator->pass = false;
+}
+
 /* Behind a service, instead of going on there. */
 static void step_aside(struct emulator *emulator)
 {
@@ -45,10 +65,7 @@ static void step_aside(struct emulator *emulator)
 
     own->service = emulator->machine->services[emulator->number].name;
     own->service_return = (void *)(emulator->service_back & ~emulator->odd);
-    uc_context_save(emulator->uc, level->interrupted);
-    level->interrupted_back = emulator->service_back;
-    level->interrupted_pc = emulator->pc;
-    level->interrupted_executed = emulator->executed;
+    put_down(emulator, level, emulator->service_back);
     level->interrupt_at = emulator->interrupt_at;
     level->block_next = emulator->block_next;
     level->block_end = emulator->block_end;
@@ -96,28 +113,19 @@ static bool interlude(struct emulator *emulator, uint64_t *pc)
 {
     struct machine *machine = emulator->machine;
     struct emulator_level *level = emulator_level_at(emulator, emulator->depth - 1);
-    const uint64_t executed = emulator->executed, at = emulator->pc, back = resume_at(emulator);
     uint64_t more, vaddr = 0;
 
-    uc_context_save(emulator->uc, level->interrupted);
-    level->interrupted_back = back;
-    level->interrupted_pc = at;
-    level->interrupted_sp = emulator_read(emulator, emulator->cpu->sp);
-    level->interrupted_executed = executed;
-    machine_vaddr(machine, (const void *)at, &vaddr);
-    more = level->hook(level->argument, vaddr, executed);
-    uc_context_restore(emulator->uc, level->interrupted);
-    emulator_use_stack(emulator, level);
-    emulator->executed = executed;
-    emulator->pc = at;
-    emulator->block_end = 0;
+    put_down(emulator, level, resume_at(emulator));
+    machine_vaddr(machine, (const void *)emulator->pc, &vaddr);
+    more = level->hook(level->argument, vaddr, emulator->executed);
+    emulator_take_up(emulator, level);
     if (more == MACHINE_ABANDON) {
         emulator->stop = EMULATOR_HANG;
         return false;
     }
-    emulator_set_stop(emulator, more == MACHINE_NEVER ? MACHINE_NEVER : executed + more);
+    emulator_set_stop(emulator, more == MACHINE_NEVER ? MACHINE_NEVER : emulator->executed + more);
     emulator->pass = more == 0;
-    *pc = back;
+    *pc = level->interrupted_back;
     return true;
 }
 
@@ -209,13 +217,9 @@ void emulator_go_on(struct machine *machine, struct machine_outcome *outcome)
     struct emulator *emulator = machine->emulator;
     const struct emulator_level *level = emulator_level_at(emulator, emulator->depth++);
 
-    uc_context_restore(emulator->uc, level->interrupted);
-    emulator_use_stack(emulator, level);
-    emulator->executed = level->interrupted_executed;
-    emulator->pc = level->interrupted_pc;
+    emulator_take_up(emulator, level);
     emulator->block_next = level->block_next;
     emulator->block_end = level->block_end;
-    emulator->pass = false;
     emulator_set_stop(emulator, level->interrupt_at);
     call_on(emulator, level->interrupted_back, outcome);
 }

@@ -29,12 +29,7 @@ static uint8_t *begin(struct emulator *emulator, struct emulator_level *level, s
     uint8_t *stack = used_stack(emulator, level, size);
 
     memcpy(emulator->rehearsed, stack, *size);
-    uc_context_restore(emulator->uc, level->interrupted);
-    emulator_use_stack(emulator, level);
-    emulator->executed = level->interrupted_executed;
-    emulator->pc = level->interrupted_pc;
-    emulator->block_end = 0;
-    emulator->pass = false;
+    emulator_take_up(emulator, level);
     return stack;
 }
 

@@ -16,8 +16,8 @@
  * the calls: load in the worker, not before the fork. No service may make a call of its own; calls
  * nest only where one interrupts another (machine_interrupt_next). From load to unload of a native
  * machine a watchdog's SIGALRM arrives four times per hang_ns of the thread's processor time:
- * sleeping system calls of the host may end early with EINTR then. The emulator of an instrumented one does allocate when it meets code
- * for the first time.
+ * sleeping system calls of the host may end early with EINTR then. The emulator of an instrumented
+ * one does allocate when it meets code for the first time.
  *
  * What the module sees on entry is the same on every run with the same seed: addresses, poison, the
  * untouched part of its stack, and every general register and xmm register except its argument.
