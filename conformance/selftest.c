@@ -15,7 +15,7 @@
 #include "conformance/expected.h"
 
 #define JOBS_MOST 64
-#define TEXT_MOST ((size_t)256 << 10) /* of a file `expected` */
+#define TEXT_MOST ((size_t)256 << 10) /* of a file of a rule's folder */
 
 /* Enough for what every fixture does, short enough for all of them. */
 enum { CYCLES = 60, SEED = 1 };
@@ -72,29 +72,6 @@ static int find_fixtures(struct selftest *test, const struct rule *rule, const c
     return r;
 }
 
-/* The rule's machine.scenario, if it has one. */
-struct played {
-    struct scenario *scenario; /* NULL: it has none */
-    char path[1024], text[4096];
-};
-
-/* False when it cannot be read. */
-static bool read_scenario(const struct pool *pool, const struct selftest_fixture *fixture,
-                          struct played *played, char why[SCENARIO_WHY])
-{
-    played->scenario = NULL;
-    snprintf(played->path, sizeof played->path, "%s/%s/machine.scenario", pool->options->folder,
-             fixture->rule->id);
-    FILE *file = fopen(played->path, "r");
-    if (file == NULL)
-        return true;
-    const size_t size = fread(played->text, 1, sizeof played->text - 1, file);
-    played->text[size] = '\0';
-    fclose(file);
-    return scenario_read(&played->scenario, played->text, size, played->path, catalogue_find(4, 0),
-                         why) == 0;
-}
-
 /* A small file, to be freed; NULL when there is none. */
 static char *read_text(const char *path)
 {
@@ -105,6 +82,27 @@ static char *read_text(const char *path)
     if (file != NULL)
         fclose(file);
     return text;
+}
+
+/* The rule's machine.scenario, if it has one: NULL otherwise. */
+struct played {
+    struct scenario *scenario;
+    char path[1024], *text;
+};
+
+/* False when it cannot be read. */
+static bool read_scenario(const struct pool *pool, const struct selftest_fixture *fixture,
+                          struct played *played, char why[SCENARIO_WHY])
+{
+    played->scenario = NULL;
+    snprintf(played->path, sizeof played->path, "%s/%s/machine.scenario", pool->options->folder,
+             fixture->rule->id);
+    played->text = read_text(played->path);
+    if (played->text == NULL || scenario_read(&played->scenario, played->text, strlen(played->text),
+                                              played->path, catalogue_find(4, 0), why) == 0)
+        return true;
+    free(played->text);
+    return false;
 }
 
 /* The profile that loads such a file; of what no profile loads, pc4 says so. */
@@ -259,6 +257,7 @@ static int run(const struct pool *pool, struct selftest_fixture *fixture, const 
     };
     const int r = check_run(check, &of_check, why);
     scenario_close(played.scenario);
+    free(played.text);
     return r;
 }
 

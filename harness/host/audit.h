@@ -136,8 +136,8 @@ void audit_close(struct audit *audit);
 /* Around every call. Calls nest where one interrupts another. One that sleeps is paused and begun
  * once more: behind SleepFt the order of inputs and outputs is a new one. */
 void audit_begin(struct audit *audit, enum entry entry, uint64_t cycle, bool op);
-/* What a call took that did not return does not count. */
 void audit_pause(struct audit *audit);
+/* What a call took that did not return does not count. */
 void audit_end(struct audit *audit, bool returned, uint64_t instructions, uint64_t stack_bytes);
 /* One access of the module: a trace_callback. */
 void audit_access(void *audit, const struct trace_access *access);

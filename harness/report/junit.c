@@ -49,14 +49,20 @@ static void rule_lines(const struct rule_report *rule, FILE *out)
     fputc('\n', out);
 }
 
+static void whose(const struct waiver_report *waiver, FILE *out)
+{
+    fputs("by ", out);
+    markup_text(out, waiver->owner);
+    fputs(": ", out);
+    markup_text(out, waiver->reason);
+}
+
 static void waived(const struct waiver_report *waiver, FILE *out)
 {
     fputs("<skipped message=\"waived until ", out);
     markup_text(out, waiver->expiry);
-    fputs(" by ", out);
-    markup_text(out, waiver->owner);
-    fputs(": ", out);
-    markup_text(out, waiver->reason);
+    fputc(' ', out);
+    whose(waiver, out);
     fputs("\"/>", out);
 }
 
@@ -187,10 +193,8 @@ static void waiver_suite(const struct report *r, FILE *out)
         attribute(out, "name", waiver->rule);
         fputs(">\n      <failure type=\"waiver\" message=\"out of date since ", out);
         markup_text(out, waiver->expiry);
-        fputs("\">by ", out);
-        markup_text(out, waiver->owner);
-        fputs(": ", out);
-        markup_text(out, waiver->reason);
+        fputs("\">", out);
+        whose(waiver, out);
         fputs("\nrenew it or take it away</failure>\n    </testcase>\n", out);
     }
     fputs("  </testsuite>\n", out);
