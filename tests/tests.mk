@@ -12,8 +12,7 @@ FIXTURE_LDFLAGS := -nostdlib -shared -Wl,-Bsymbolic -Wl,-e,0 -Wl,--hash-style=gn
     -Wl,--build-id=none
 
 # tests/fixture.sh says what a fixture's first lines may ask for.
-FIXTURE_MADE_WITH := tests/fixture.sh conformance/fixtures/base.h conformance/fixtures/hidden.h \
-    conformance/fixtures/axis.h conformance/fixtures/assembly.h sdk/include/tgm_plc.h \
+FIXTURE_MADE_WITH := tests/fixture.sh $(wildcard conformance/fixtures/*.h) sdk/include/tgm_plc.h \
     sdk/include/tgm/layout_gen4.h sdk/src/mem.c
 define fixture_rule
 $(FIXTURE_DIR)/%$(2): conformance/fixtures/%.$(1) $(FIXTURE_MADE_WITH) | $(BUILD)/.deps-test
