@@ -75,6 +75,7 @@ DIFFERENCES = [
     ("globals-independent", "bad.*", "tgmcontroller",
      "variables with a value are part of the image, and GetProcAddress clears the others"),
     ("restart", "bad.*", "tgmcontroller", "GetProcAddress, which each start calls, clears the variable"),
+    ("no-stray-write", "bad-constant", "tgmcontroller", "a flat image does not say what of it is constant"),
     ("no-executable-stack", "bad", "tgmcontroller", "a flat image says nothing about its stack"),
     ("no-imports", "bad-library", "pe64|pe32", "a PE file names no library of which it calls nothing"),
     ("no-imports", "bad-weak", "pe64|pe32|tgmcontroller", "the linker settles a weak name that is not there: it is 0"),
