@@ -78,6 +78,7 @@ BUS_SRC := client.c client_cycle.c client_jobs.c client_map.c client_watch.c cli
     tgz_od.c \
     plan.c \
     drive_cruise.c \
+    drive_rest.c \
     topology.c \
     ports.c \
     sync.c \

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
-/* The short way through cruising drives against the general one: the same outputs, cycle by cycle,
- * into drives that may take it and into drives that may not. */
+/* The short ways through cruising and resting drives against the general one: the same outputs,
+ * cycle by cycle, into drives that may take it and into drives that may not. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -55,6 +55,7 @@ static void fleet_init(struct fleet *f, bool may_cruise)
         type->state(f->drive[i], AL_OP, 0);
         assert_true(f->drive[i]->cruises);
         f->drive[i]->cruises = may_cruise;
+        f->drive[i]->rest.allowed &= may_cruise;
     }
 }
 
@@ -238,6 +239,89 @@ static void a_long_wait_is_as_many_short_ones(void **state)
     fleet_fini(&general);
 }
 
+/* What may end a rest, at the same drive of both. */
+static void disturb(uint8_t out[DRIVES][OUT])
+{
+    struct fleet *both[] = { &quick, &general };
+    unsigned i = random_below(DRIVES), what = random_below(8);
+    uint32_t value = random_below(0x10000);
+    uint8_t word[4];
+
+    put_u32(word, value & 0x8f);
+    for (unsigned k = 0; k < 2; k++) {
+        struct drive_device *d = both[k]->drive[i];
+        const struct device_type *type = both[k]->slave[i]->type;
+
+        if (what == 0)
+            drive_device_set_input(d, value % 2 ? 17 : 2, value >> 1 & 1);
+        else if (what == 1)
+            drive_device_free_input(d, 2);
+        else if (what == 2)
+            drive_device_fault(d, 0, 0x7500, now);
+        else if (what == 3)
+            type->state(d, value % 2 ? AL_OP : AL_SAFEOP, now);
+        else if (what == 4)
+            drive_device_power_on(d, now);
+        else if (what == 5)
+            od_write(type->od, d, AL_OP, 0x6040, 0, word, 2);
+    }
+    if (what == 6)
+        put_u16(out[i], (uint16_t)(value & 0x8f));
+    else if (what == 7)
+        out[i][random_below(OUT)] ^= 1;
+    else if (what == 4)
+        for (unsigned k = 0; k < 2; k++)
+            both[k]->slave[i]->type->state(both[k]->drive[i], AL_OP, now);
+    for (i = 0; i < DRIVES; i++)
+        general.drive[i]->cruises = general.drive[i]->rest.allowed = false;
+}
+
+static void resting_drives_do_what_all_drives_do(void **state)
+{
+    unsigned rested = 0, ended = 0, moved = 0;
+
+    (void)state;
+    for (unsigned life = 0; life < LIVES; life++) {
+        uint8_t out[DRIVES][OUT] = { 0 };
+
+        noise = 0xd1342543de82ef95u * (life + 1);
+        now = 0;
+        fleet_init(&quick, true);
+        fleet_init(&general, false);
+        for (unsigned i = 0; i < DRIVES; i++)
+            assert_true(quick.drive[i]->rest.allowed);
+        for (unsigned cycle = 0; cycle < CYCLES; cycle++) {
+            bool rests[DRIVES];
+
+            now += random_below(300) ? 500000 : 15000000;
+            for (unsigned i = 0; i < DRIVES; i++)
+                rests[i] = quick.drive[i]->rest.on;
+            /* A while of motion, then off. */
+            for (unsigned i = 0; i < DRIVES && cycle % 500 <= 150; i++) {
+                command(out[i], general.in[i], cycle);
+                if (cycle % 500 == 150)
+                    put_u16(out[i], 0);
+            }
+            if (random_below(20) == 0)
+                disturb(out);
+            fleet_cycle(&quick, out);
+            fleet_cycle(&general, out);
+            assert_memory_equal(quick.in, general.in, sizeof quick.in);
+            for (unsigned i = 0; i < DRIVES; i++) {
+                assert_false(general.drive[i]->rest.on);
+                rested += quick.drive[i]->rest.on;
+                ended += rests[i] && !quick.drive[i]->rest.on;
+                moved += general.drive[i]->axis[0].axis.velocity != 0.0;
+            }
+            if (random_below(50) == 0)
+                assert_same_objects();
+        }
+        fleet_fini(&quick);
+        fleet_fini(&general);
+    }
+    assert_true(rested > LIVES * CYCLES && ended > LIVES * 10 && moved > LIVES * 10);
+}
+
 static void other_mappings_and_two_axes_do_not_cruise(void **state)
 {
     const struct device_type *type = device_type_find("drive-cia402x2");
@@ -271,6 +355,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(cruising_drives_do_what_all_drives_do),
         cmocka_unit_test(a_long_wait_is_as_many_short_ones),
+        cmocka_unit_test(resting_drives_do_what_all_drives_do),
         cmocka_unit_test(other_mappings_and_two_axes_do_not_cruise),
     };
 

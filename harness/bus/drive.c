@@ -157,7 +157,7 @@ static void watch_switches(struct drive *drive)
     drive->limit_word = drive->o.controlword;
 }
 
-static bool coasts(const struct drive *drive)
+bool drive_coasts(const struct drive *drive)
 {
     return !cia402_powered(&drive->machine) || drive->machine.state == CIA402_SWITCHED_ON;
 }
@@ -167,7 +167,7 @@ static void step_once(struct drive *drive)
     const struct drive_mode *mode = find_mode(drive->o.mode_display);
 
     drive->positioned = false;
-    if (coasts(drive)) {
+    if (drive_coasts(drive)) {
         axis_coast(&drive->axis);
         drive_demand_actual(drive);
         return;
@@ -334,7 +334,7 @@ static uint32_t run(struct drive *drive, uint32_t steps)
     if (!mode || !mode->run || drive->machine.state != CIA402_OPERATION_ENABLED ||
         drive->machine.leaving || drive->outside_steps ||
         drive->o.limit_reaction != DRIVE_LIMIT_SHOWN) {
-        bool coasting = coasts(drive);
+        bool coasting = drive_coasts(drive);
 
         step_once(drive);
         /* Once it stands, nothing moves it. */

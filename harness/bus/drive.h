@@ -166,6 +166,8 @@ void drive_limits(struct drive *drive);
 /* So many increments make a revolution from now on; a homed zero is lost. */
 void drive_resolution(struct drive *drive, double increments);
 void drive_step(struct drive *drive, uint64_t now_ns);
+/* No power: nothing but friction acts on the axis. */
+bool drive_coasts(const struct drive *drive);
 /* Brings the actual values among the objects up to date; to be called before they are read. */
 void drive_publish(struct drive *drive);
 /* Only those of the default mapping: 6041 6064 606C 60F4 60FD; they do for most cycles. */

@@ -16,6 +16,11 @@ uint16_t drive_object_base(uint16_t index)
     return (uint16_t)(index - 0x800u * drive_object_axis(index));
 }
 
+static void wake(struct drive_device *device)
+{
+    drive_rest_end(&device->rest, &device->axis[0]);
+}
+
 /* --- mapping and identity --- */
 
 static void load_map(struct pdo_map *map, const struct sii_pdo *pdo)
@@ -84,6 +89,7 @@ void drive_device_power_on(void *device, uint64_t now_ns)
 {
     struct drive_device *d = device;
 
+    wake(d);
     load_defaults(d);
     memset(d->reported, 0, sizeof d->reported);
     for (unsigned i = 0; i < d->kind->axes; i++)
@@ -185,6 +191,7 @@ int drive_device_fault(void *device, unsigned axis, uint16_t code, uint64_t now_
     (void)now_ns;
     if (axis >= d->kind->axes || !code)
         return -EINVAL;
+    wake(d);
     drive_fault(&d->axis[axis], code);
     drive_device_report(d);
     return 0;
@@ -196,6 +203,7 @@ void drive_device_refresh(void *device)
 {
     struct drive_device *d = device;
 
+    wake(d);
     for (unsigned i = 0; i < d->kind->axes; i++)
         drive_publish(&d->axis[i]);
     d->error_register = d->kind->error_register(d);
@@ -224,10 +232,12 @@ void drive_device_state(void *device, unsigned al_state, uint64_t now_ns)
     struct drive_device *d = device;
 
     (void)now_ns;
+    wake(d);
     for (unsigned i = 0; i < d->kind->axes; i++)
         drive_al_state(&d->axis[i], al_state);
     d->maps_rest = maps_rest(d);
     d->cruises = d->kind->axes == 1 && drive_cruise_fits(&d->image[PDO_RX], &d->image[PDO_TX]);
+    d->rest.allowed = d->cruises && d->setup.type->step == drive_device_step;
     drive_device_report(d);
 }
 
@@ -240,6 +250,8 @@ void drive_device_step(void *device, uint64_t now_ns)
 {
     struct drive_device *d = device;
 
+    if (drive_rest_step(&d->rest, now_ns))
+        return;
     if (d->cruises && drive_cruise_step(&d->axis[0], now_ns))
         return;
     for (unsigned i = 0; i < d->kind->axes; i++)
@@ -267,6 +279,9 @@ void drive_device_outputs(void *device, const uint8_t *data, size_t length, uint
     struct drive_device *d = device;
 
     (void)length; /* the sync manager has the length of the mapping since SAFEOP */
+    if (drive_rest_outputs(&d->rest, data))
+        return;
+    wake(d);
     if (d->cruises && drive_cruise_outputs(&d->axis[0], data, now_ns)) {
         if (has_news(d))
             drive_device_report(d);
@@ -276,6 +291,7 @@ void drive_device_outputs(void *device, const uint8_t *data, size_t length, uint
     for (unsigned i = 0; i < d->kind->axes; i++)
         drive_command(&d->axis[i], now_ns);
     drive_device_report(d);
+    drive_rest_begin(&d->rest, &d->axis[0], data);
 }
 
 void drive_device_inputs(void *device, uint8_t *data, size_t length)
@@ -283,6 +299,8 @@ void drive_device_inputs(void *device, uint8_t *data, size_t length)
     struct drive_device *d = device;
 
     (void)length;
+    if (drive_rest_inputs(&d->rest, data))
+        return;
     if (d->cruises && drive_cruise_inputs(&d->axis[0], data))
         return;
     for (unsigned i = 0; i < d->kind->axes; i++) {
@@ -292,6 +310,7 @@ void drive_device_inputs(void *device, uint8_t *data, size_t length)
             drive_publish_cyclic(&d->axis[i]);
     }
     pdo_objects_to_inputs(d->kind->od, device, data);
+    drive_rest_note_inputs(&d->rest, data);
 }
 
 uint32_t drive_with_bit(uint32_t word, unsigned bit, bool value)
@@ -318,6 +337,7 @@ int drive_device_set_input(void *device, unsigned channel, int64_t value)
 
     if (!channel_axis(d, channel) || value < 0 || value > 1)
         return -EINVAL;
+    wake(d);
     drive = &d->axis[channel / DRIVE_INPUTS];
     axis = &drive->axis;
     drive->stale = true;
@@ -376,10 +396,12 @@ static bool quick_stop_option(int64_t value)
 
 uint32_t drive_device_check(void *device, uint16_t index, uint8_t subindex, int64_t value)
 {
-    const struct drive_device *d = device;
+    struct drive_device *d = device;
     const struct drive *drive = &d->axis[drive_object_axis(index)];
     uint16_t base = drive_object_base(index);
 
+    /* What is about to be written may change what the axis does from here on. */
+    wake(d);
     for (size_t i = 0; i < sizeof ranges / sizeof *ranges; i++) {
         const struct range *r = &ranges[i];
 

@@ -13,6 +13,7 @@
 
 #include "bus/device.h"
 #include "bus/drive.h"
+#include "bus/drive_rest.h"
 
 enum {
     DRIVE_AXES = 2,
@@ -42,6 +43,7 @@ struct drive_device {
     uint16_t reported[DRIVE_AXES]; /* error codes that history and emergencies know of */
     bool maps_rest;                /* the inputs have more than drive_publish_cyclic() gives */
     bool cruises;                  /* one axis with the default mapping (drive_cruise.h) */
+    struct drive_rest rest;        /* of the first axis */
     uint8_t error_register;        /* 1001 */
     uint8_t history_count;         /* 1003 */
     uint32_t history[DRIVE_HISTORY];
