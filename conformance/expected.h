@@ -3,13 +3,14 @@
  * expected.h - what is said of fixtures: the file `expected` beside a rule's modules.
  *
  *   bad.tgm
- *     Program_04 divided by zero|in cycle 19 at ...|at (Program_04) bad.c:10|Program_04|3
+ *     Program_04 divided by zero|in cycle 19 at ...|at (Program_04) bad.c:10|Program_04|3| --seed
  *     not judged: the module fails without any disturbance, too|disturbed-returns
  *
  * After the name of a module, two spaces and a line for each finding of its rule, in their order:
- * what, when, where (without the address), function, how often. Then a line for each reason that
- * something was not judged for, and which rules that were. A * stands for any text: what a compiler
- * may make otherwise.
+ * what, when, where (without the address), function, how often, what is behind the rule's name in
+ * the call that shows it again, where a debugger is to stop and how it is to run the module. Then a
+ * line for each reason that something was not judged for, and which rules that were. A * stands for
+ * any text: what a compiler may make otherwise.
  */
 #ifndef CONFORMANCE_EXPECTED_H
 #define CONFORMANCE_EXPECTED_H

@@ -132,17 +132,32 @@ static const char *place_of(const struct finding *finding)
     return mark != NULL ? mark + 3 + strspn(mark + 3, "0123456789abcdef") : finding->place;
 }
 
+/* How it is shown again, as far as it does not depend on where the module lies. */
+static void keep_reproduction(FILE *out, const struct finding *f, const char *rule)
+{
+    const char *again = strstr(f->again, rule), *stop = strstr(f->debug, ",offset'");
+    const char *end = stop != NULL ? strstr(stop, " -ex c --args ") : NULL;
+    const char *call = strstr(f->debug, " --in-process ");
+    fprintf(out, "|%s|", again != NULL ? again + strlen(rule) : "");
+    if (end != NULL)
+        fprintf(out, "%.*s", (int)(end - stop - 8), stop + 8);
+    fprintf(out, "%s\n", call != NULL ? call : "");
+}
+
 /* What its own rule says: the same on every machine. */
 static void keep_findings(struct selftest_fixture *fixture, const struct rule_report *rule)
 {
     size_t size;
     FILE *out = open_memstream(&fixture->findings, &size);
+    char again[128]; /* before this the call names the module */
+    snprintf(again, sizeof again, " --rule %s", rule->id);
     if (out == NULL)
         return;
     for (size_t i = 0; i < rule->finding_count; i++) {
         const struct finding *f = &rule->findings[i];
-        fprintf(out, "%s|%s|%s%s|%s|%llu\n", f->what, f->when, f->has_address ? "at" : "",
+        fprintf(out, "%s|%s|%s%s|%s|%llu", f->what, f->when, f->has_address ? "at" : "",
                 place_of(f), f->function != NULL ? f->function : "", (unsigned long long)f->count);
+        keep_reproduction(out, f, again);
     }
     fclose(out);
 }

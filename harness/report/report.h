@@ -18,6 +18,7 @@ enum rule_outcome { RULE_PASSED, RULE_FAILED, RULE_NOT_JUDGED };
 enum verdict { VERDICT_PASS, VERDICT_FAIL, VERDICT_INCOMPLETE };
 
 #define FINDING_TEXT  512
+#define AGAIN_TEXT    1024
 #define FINDINGS_KEPT 16 /* of one rule; more are counted, not kept */
 
 /* One fault, however often it happened. */
@@ -25,8 +26,8 @@ struct finding {
     char what[FINDING_TEXT];  /* what was seen, one sentence without full stop */
     char when[64];            /* "in cycle 200 at Cycle_Time 500 us", "" when it has no time */
     char place[FINDING_TEXT]; /* "gantry.tgm+0x1a4 (Program_04) gantry.c:88", "" when it has none */
-    char again[FINDING_TEXT]; /* command line that shows it again, "" when it would be too long */
-    char debug[2 * FINDING_TEXT]; /* the same run under a debugger, "" when there is none */
+    char again[AGAIN_TEXT];   /* command line that shows it again, "" when it would be too long */
+    char debug[AGAIN_TEXT + FINDING_TEXT]; /* the same run under a debugger, "" when there is none */
     uint32_t plain_us;    /* Cycle_Time of the run it was in, if that was the usual one in all
                              else; 0: not */
     bool stops;           /* a debugger stops there by itself: the module faulted */
