@@ -72,7 +72,7 @@ static void describe_fault(const struct machine_fault *fault, char *text, size_t
 void incident_describe(const struct evidence_incident *incident, char text[FINDING_TEXT])
 {
     const struct machine_fault *fault = &incident->fault;
-    char what[FINDING_TEXT / 2], name_of_call[MACHINE_CALL_NAME];
+    char what[FINDING_TEXT / 2] = "returned", name_of_call[MACHINE_CALL_NAME];
     const char *name = entry_name(incident->entry);
     switch (incident->kind) {
     case MACHINE_SYSCALL:
@@ -96,7 +96,6 @@ void incident_describe(const struct evidence_incident *incident, char text[FINDI
         break;
     case MACHINE_RETURNED:
     case MACHINE_ASIDE:
-        snprintf(what, sizeof what, "returned");
         break;
     }
     if (incident->service[0] != '\0')

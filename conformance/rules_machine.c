@@ -6,16 +6,6 @@
 
 #include "conformance/rules.h"
 
-static void stamp(struct finding *finding, const struct case_scenario *played, uint64_t cycle)
-{
-    if (cycle == EVIDENCE_NO_CYCLE)
-        return;
-    finding->has_cycle = true;
-    finding->cycle = cycle;
-    snprintf(finding->when, sizeof finding->when, "in cycle %" PRIu64 " at Cycle_Time %u us", cycle,
-             played->experiment.host.cycle_us);
-}
-
 static void report_failures(const struct case_scenario *played, struct findings *findings)
 {
     const struct evidence *evidence = &played->result.evidence;
@@ -26,7 +16,8 @@ static void report_failures(const struct case_scenario *played, struct findings 
         scenario_tell(played->scenario, failure, text);
         struct finding *finding = finding_add(findings, "%s", text);
         finding->count = failure->count > 0 ? failure->count : 1;
-        stamp(finding, played, failure->cycle);
+        finding_stamp(finding, &played->experiment, ENTRY_INI, failure->cycle);
+        finding->function = NULL; /* the machine's doing, by whichever function */
         told += failure->count;
     }
     if (evidence->failed > told)
@@ -42,8 +33,8 @@ static void report_incidents(const struct case_file *file, const struct case_sce
     for (unsigned i = 0; i < evidence->incident_count; i++) {
         incident_describe(&evidence->incidents[i], text);
         struct finding *finding = finding_add(findings, "%s: %s", played->name, text);
-        finding->function = entry_name(evidence->incidents[i].entry);
-        stamp(finding, played, evidence->incidents[i].cycle);
+        finding_stamp(finding, &played->experiment, evidence->incidents[i].entry,
+                      evidence->incidents[i].cycle);
         incident_place(&evidence->incidents[i], finding, file);
     }
 }

@@ -84,7 +84,7 @@ static char *read_text(const char *path)
     return text;
 }
 
-/* The rule's machine.scenario, if it has one: NULL otherwise. */
+/* The fixture's own scenario, else the rule's, else none: NULL. */
 struct played {
     struct scenario *scenario;
     char path[1024], *text;
@@ -94,10 +94,14 @@ struct played {
 static bool read_scenario(const struct pool *pool, const struct selftest_fixture *fixture,
                           struct played *played, char why[SCENARIO_WHY])
 {
+    const char *const names[] = { fixture->name, "machine." };
     played->scenario = NULL;
-    snprintf(played->path, sizeof played->path, "%s/%s/machine.scenario", pool->options->folder,
-             fixture->rule->id);
-    played->text = read_text(played->path);
+    played->text = NULL;
+    for (size_t i = 0; i < 2 && played->text == NULL; i++) {
+        snprintf(played->path, sizeof played->path, "%s/%s/%.*s.scenario", pool->options->folder,
+                 fixture->rule->id, (int)strcspn(names[i], "."), names[i]);
+        played->text = read_text(played->path);
+    }
     if (played->text == NULL || scenario_read(&played->scenario, played->text, strlen(played->text),
                                               played->path, catalogue_find(4, 0), why) == 0)
         return true;
@@ -159,6 +163,8 @@ static void keep_findings(struct selftest_fixture *fixture, const struct rule_re
                 place_of(f), f->function != NULL ? f->function : "", (unsigned long long)f->count);
         keep_reproduction(out, f, again);
     }
+    if (rule->dropped > 0)
+        fprintf(out, "and %zu more\n", rule->dropped);
     fclose(out);
 }
 

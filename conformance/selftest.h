@@ -4,8 +4,9 @@
  * each good one none.
  *
  * The fixtures are modules that were built with the program: FOLDER/RULE/bad*.tgm and good*.tgm
- * (.tgm.bin: flat images), and machine.scenario where the rule needs one. A rule without both kinds
- * is not proven. FOLDER/RULE/expected has what is said of each bad one (expected.h).
+ * (.tgm.bin: flat images), and bad-x.scenario or, for all of them, machine.scenario where the rule
+ * needs one. A rule without both kinds is not proven. FOLDER/RULE/expected has what is said of each
+ * bad one (expected.h).
  *
  * What the modules did can be kept and judged again: a rule is changed, and all fixtures tell in
  * seconds what that did.

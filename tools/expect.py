@@ -19,7 +19,7 @@ HEAD = "# What `tgm selftest` expects of the bad modules; written by tools/expec
 
 # Where code and data lie, how many instructions and bytes of stack a compiler makes of a function.
 STARS = [
-    (r"/[^ |]*/(machine\.scenario)", r"*/\1"), (r"\+0x[0-9a-f]+", "+0x*"), (r"(\(\w+)\.cold\)", r"\1*)"),
+    (r"/[^ |]*/([\w-]+\.scenario)", r"*/\1"), (r"\+0x[0-9a-f]+", "+0x*"), (r"(\(\w+)\.cold\)", r"\1*)"),
     (r"[\d.]+ us of ([\d.]+ us) \(\d+ instructions", r"* us of \1 (* instructions"),
     (r"  \d+ bytes\b", "  * bytes"), (r"takes \d+ bytes", "takes * bytes"),
     (r"byte \d+ of the module's own memory, which has \d+", "byte * of the module's own memory, which has *"),

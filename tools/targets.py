@@ -218,8 +218,10 @@ def build_fixture(source, out, kind, common):
 
 
 def scenario_for(source, out, kind):
-    """The one beside the fixture; generation 5 has In[0] and Out[0] for what generation 4 calls In0 and Out0."""
-    path = os.path.join(os.path.dirname(source), "machine.scenario")
+    """Its own, or the one for all beside the fixture; generation 5 has In[0] and Out[0] for what generation 4 calls In0 and Out0."""
+    path = os.path.splitext(source)[0] + ".scenario"
+    if not os.path.exists(os.path.join(ROOT, path)):
+        path = os.path.join(os.path.dirname(source), "machine.scenario")
     if not os.path.exists(os.path.join(ROOT, path)) or kind not in ("arm", "flat"):
         return path if os.path.exists(os.path.join(ROOT, path)) else None
     with open(os.path.join(ROOT, path), encoding="utf-8") as stream:
