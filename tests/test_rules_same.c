@@ -264,6 +264,33 @@ static void what_an_emulated_cpu_lacks_is_no_finding(void **state)
     assert_non_null(strstr(findings.reason, "the emulated CPU lacks an instruction of Program_04"));
 }
 
+static void ends(enum experiment_id id, int signal)
+{
+    struct evidence *evidence = &runs[id].result.evidence;
+    runs[id].result.worker.end = WORKER_KILLED;
+    runs[id].result.worker.value = signal;
+    evidence->stage = EVIDENCE_CALLING;
+    evidence->entry = ENTRY_04;
+    evidence->cycle = 70;
+}
+
+static void the_end_of_the_process_is_a_disturbance_s_doing(void **state)
+{
+    (void)state;
+    ends(EXPERIMENT_CABLE, SIGSEGV);
+    check_disturbed_returns(&file, &findings);
+    expect_one("made up: Program_04 ended the process it ran in");
+    assert_int_equal(findings.list[0].cycle, 70);
+}
+
+static void the_end_of_the_process_from_outside_is_nobody_s(void **state)
+{
+    (void)state;
+    ends(EXPERIMENT_CABLE, SIGTERM);
+    check_disturbed_returns(&file, &findings);
+    assert_int_equal(findings.count, 0);
+}
+
 int main(void)
 {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, begin, end)
@@ -283,6 +310,8 @@ int main(void)
         TEST(what_faults_without_it_is_not_judged_by_a_second_start),
         TEST(a_second_start_must_end_with_one),
         TEST(what_an_emulated_cpu_lacks_is_no_finding),
+        TEST(the_end_of_the_process_is_a_disturbance_s_doing),
+        TEST(the_end_of_the_process_from_outside_is_nobody_s),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
