@@ -58,14 +58,12 @@ void check_no_jump(const struct case_file *file, struct findings *findings)
     cycle_each(file, ON_CYCLES, judge_jump, findings);
 }
 
-/* Who set it, as far as a run was traced: the same happens in each. */
+/* Who set it, as far as a run was traced, and others have no accesses: the same happens in each. */
 static void place_mode(const struct cycle_run *run, struct finding *finding)
 {
     struct catalogue_line line;
     for (int id = 0; id < EXPERIMENT_COUNT; id++) {
         const struct audit_record *record = &run->file->runs[id].result.evidence.audit;
-        if (!experiment_in(ON_TRACED, id) || !run->file->runs[id].ran)
-            continue;
         for (uint32_t i = 0; i < record->access_count; i++) {
             const struct audit_access *row = &record->accesses[i];
             if (!row->write || !row->before_op || row->first_value == 0 ||

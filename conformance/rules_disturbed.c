@@ -5,7 +5,6 @@
  */
 #include <inttypes.h>
 #include <math.h>
-#include <signal.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -38,17 +37,6 @@ static bool fails_anyway(const struct cycle_run *run)
 
 /* --- it returns ------------------------------------------------------------------------------- */
 
-static void judge_end(const struct cycle_run *run)
-{
-    const struct experiment_result *result = &run->file->runs[run->id].result;
-    const enum worker_end end = result->worker.end;
-    if ((end != WORKER_KILLED && end != WORKER_EXITED) || experiment_was_stopped(result))
-        return;
-    finding_stamp(finding_add(run->findings, "%s: %s ended the process it ran in", script_of(run),
-                              entry_name(run->evidence->entry)),
-                  run->experiment, run->evidence->entry, run->evidence->cycle);
-}
-
 static void judge_returns(const struct cycle_run *run)
 {
     char text[FINDING_TEXT];
@@ -61,7 +49,11 @@ static void judge_returns(const struct cycle_run *run)
         finding_stamp(finding, run->experiment, incident->entry, incident->cycle);
         incident_place(incident, finding, run->file);
     }
-    judge_end(run);
+    /* Neither was it stopped, nor did the harness fail: there is evidence. */
+    if (run->file->runs[run->id].result.worker.end != WORKER_DONE)
+        finding_stamp(finding_add(run->findings, "%s: %s ended the process it ran in",
+                                  script_of(run), entry_name(run->evidence->entry)),
+                      run->experiment, run->evidence->entry, run->evidence->cycle);
     if (run->evidence->stage == EVIDENCE_FINISHED && run->evidence->incident_count == 0 &&
         run->evidence->fault_count == 0)
         finding_not_judged(run->findings, "experiment %s: nothing went wrong in it",

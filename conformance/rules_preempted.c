@@ -65,12 +65,11 @@ static void value_text(const struct cycle_run *run, const struct evidence_word *
 static void tell_other(const struct cycle_run *run, const struct evidence_race *race,
                        const char *name, char *text, size_t size)
 {
-    struct finding where;
+    struct finding where = { .count = 0 };
     char shared[NAME_TEXT];
     text[0] = '\0';
     if (!race->has_by_pc)
         return;
-    memset(&where, 0, sizeof where);
     finding_place(&where, run->file, race->by_pc);
     name_word(run, &race->shared, shared);
     snprintf(text, size, "; %s %s %.120s at %.160s", entry_name(race->by),
@@ -121,10 +120,9 @@ static struct finding *tell_failed(const struct cycle_run *run, const struct evi
     const struct evidence_incident incident = {
         .entry = race->failed, .cycle = race->cycle, .kind = race->outcome, .fault = race->fault
     };
-    struct finding where;
+    struct finding where = { .count = 0 };
     char text[FINDING_TEXT];
     incident_describe(&incident, text);
-    memset(&where, 0, sizeof where);
     incident_place(&incident, &where, run->file);
     return finding_add(run->findings,
                        "%s interrupted by %s: %.200s%s%.160s; one after the other they return",

@@ -9,6 +9,8 @@
 
 #include "conformance/rules_cycle.h"
 
+#define START_TEXT 40
+
 static const struct catalogue *catalogue_of(const struct case_file *file)
 {
     const struct product *product = product_find(file->profile->product);
@@ -33,27 +35,12 @@ static bool pair_up(const struct case_file *file, enum experiment_id usual,
     return pair->a != NULL && pair->b != NULL;
 }
 
-/* The call of Program_Ini that did not return; NULL: all did. */
-static const struct evidence_incident *failed_start(const struct evidence *evidence)
+/* How Program_Ini ended. What it did instead of returning is told by other rules. */
+static void tell_start(const struct evidence *evidence, char text[START_TEXT])
 {
-    for (unsigned i = 0; i < evidence->incident_count; i++)
-        if (evidence->incidents[i].entry == ENTRY_INI)
-            return &evidence->incidents[i];
-    return NULL;
-}
-
-/* "returned 1", or what it did instead. */
-static void tell_start(const struct evidence *evidence, char text[FINDING_TEXT])
-{
-    const struct evidence_incident *incident = failed_start(evidence);
-    const char *name = entry_name(ENTRY_INI);
-    if (incident == NULL) {
-        snprintf(text, FINDING_TEXT, "returned %d", (int)evidence->calls[ENTRY_INI].last_value);
-        return;
-    }
-    incident_describe(incident, text);
-    if (strncmp(text, name, strlen(name)) == 0)
-        memmove(text, text + strlen(name) + 1, strlen(text + strlen(name)));
+    const struct evidence_calls *calls = &evidence->calls[ENTRY_INI];
+    snprintf(text, START_TEXT, calls->count > 0 ? "returned %d" : "did not return",
+             (int)calls->last_value);
 }
 
 /* The cycles have registers for a different end of the module to be seen in; what ended before them
@@ -61,7 +48,7 @@ static void tell_start(const struct evidence *evidence, char text[FINDING_TEXT])
 static bool same_fate(const struct pair *pair, const char *when, struct findings *findings)
 {
     const struct evidence *a = pair->a, *b = pair->b;
-    char text[FINDING_TEXT], otherwise[FINDING_TEXT];
+    char text[FINDING_TEXT], start[START_TEXT], otherwise[START_TEXT];
     const bool more_incidents = b->incident_count > 0 && a->incident_count == 0;
     if (more_incidents) {
         const struct evidence_incident *incident = &b->incidents[0];
@@ -72,17 +59,12 @@ static bool same_fate(const struct pair *pair, const char *when, struct findings
         incident_place(incident, finding, pair->file);
         return false;
     }
-    const struct evidence_incident *failed = failed_start(a);
-    if ((failed == NULL) == (failed_start(b) == NULL) &&
-        (failed != NULL || a->calls[ENTRY_INI].last_value == b->calls[ENTRY_INI].last_value))
-        return true;
-    tell_start(b, text);
+    tell_start(b, start);
     tell_start(a, otherwise);
-    struct finding *finding =
-        finding_add(findings, "%s: Program_Ini %.200s, otherwise it %.200s", when, text, otherwise);
-    finding->function = entry_name(ENTRY_INI);
-    if (failed != NULL)
-        incident_place(failed, finding, pair->file);
+    if (strcmp(start, otherwise) == 0)
+        return true;
+    finding_add(findings, "%s: Program_Ini %s, otherwise it %s", when, start, otherwise)->function =
+        entry_name(ENTRY_INI);
     return false;
 }
 
@@ -155,12 +137,11 @@ static bool repeats(const struct case_file *file, struct findings *findings)
 {
     struct pair pair;
     struct digest_difference difference;
-    if (!pair_up(file, EXPERIMENT_CYCLE_500, EXPERIMENT_REPEATED, &pair, findings))
-        return false;
-    if (!differ(&pair, &difference))
-        return true;
-    finding_not_judged(findings, "not even two equal runs do the same (rule deterministic)");
-    return false;
+    const bool known = pair_up(file, EXPERIMENT_CYCLE_500, EXPERIMENT_REPEATED, &pair, findings);
+    const bool same = known && !differ(&pair, &difference);
+    if (known && !same)
+        finding_not_judged(findings, "not even two equal runs do the same (rule deterministic)");
+    return same;
 }
 
 void check_globals(const struct case_file *file, struct findings *findings)
@@ -201,13 +182,14 @@ static void judge_places(const struct case_file *file, struct findings *findings
 
 void check_deterministic(const struct case_file *file, struct findings *findings)
 {
+    static const enum experiment_id others[] = { EXPERIMENT_REPEATED, EXPERIMENT_PLACES };
     struct pair pair;
     if (pair_up(file, EXPERIMENT_CYCLE_500, EXPERIMENT_REPEATED, &pair, findings))
         expect_same(&pair, "in a second run of the same", findings);
     if (findings->count == 0)
         judge_places(file, findings);
-    case_complete(file, EXPERIMENT_REPEATED, findings);
-    case_complete(file, EXPERIMENT_PLACES, findings);
+    for (size_t i = 0; i < sizeof others / sizeof *others; i++)
+        case_complete(file, others[i], findings);
 }
 
 void check_data_size(const struct case_file *file, struct findings *findings)
@@ -234,6 +216,7 @@ void check_data_size(const struct case_file *file, struct findings *findings)
 void check_counter_wrap(const struct case_file *file, struct findings *findings)
 {
     static const char when[] = "when the counters pass 4294967295";
+    static const enum experiment_id others[] = { EXPERIMENT_COUNTERS, EXPERIMENT_COUNTERS_FAR };
     struct pair wrap, far;
     char name[160];
     if (!pair_up(file, EXPERIMENT_COUNTERS_ZERO, EXPERIMENT_COUNTERS, &wrap, findings) ||
@@ -248,8 +231,8 @@ void check_counter_wrap(const struct case_file *file, struct findings *findings)
         if (name[0] != '\0')
             finding_add(findings, "%s: %s is not what it is otherwise", when, name);
     }
-    case_complete(file, EXPERIMENT_COUNTERS, findings);
-    case_complete(file, EXPERIMENT_COUNTERS_FAR, findings);
+    for (size_t i = 0; i < sizeof others / sizeof *others; i++)
+        case_complete(file, others[i], findings);
 }
 
 void check_restart(const struct case_file *file, struct findings *findings)

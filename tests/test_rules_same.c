@@ -154,7 +154,7 @@ static void a_start_that_ends_otherwise_says_how_each_ended(void **state)
 }
 
 /* A call that never returned has no value, not even 0. */
-static void a_start_that_faulted_is_told_as_a_fault(void **state)
+static void a_start_that_faulted_has_not_returned(void **state)
 {
     (void)state;
     faults(EXPERIMENT_CYCLE_500);
@@ -162,7 +162,7 @@ static void a_start_that_faulted_is_told_as_a_fault(void **state)
     faults(EXPERIMENT_POISON_INVERTED);
     check_globals(&file, &findings);
     expect_one("with zeros in the globals before Program_Ini: Program_Ini returned 1, otherwise "
-               "it divided by zero or overflowed a division");
+               "it did not return");
     assert_string_equal(findings.list[0].function, "Program_Ini");
 }
 
@@ -264,6 +264,33 @@ static void what_an_emulated_cpu_lacks_is_no_finding(void **state)
     assert_non_null(strstr(findings.reason, "the emulated CPU lacks an instruction of Program_04"));
 }
 
+static void ends(enum experiment_id id, int signal)
+{
+    struct evidence *evidence = &runs[id].result.evidence;
+    runs[id].result.worker.end = WORKER_KILLED;
+    runs[id].result.worker.value = signal;
+    evidence->stage = EVIDENCE_CALLING;
+    evidence->entry = ENTRY_04;
+    evidence->cycle = 70;
+}
+
+static void the_end_of_the_process_is_a_disturbance_s_doing(void **state)
+{
+    (void)state;
+    ends(EXPERIMENT_CABLE, SIGSEGV);
+    check_disturbed_returns(&file, &findings);
+    expect_one("made up: Program_04 ended the process it ran in");
+    assert_int_equal(findings.list[0].cycle, 70);
+}
+
+static void the_end_of_the_process_from_outside_is_nobody_s(void **state)
+{
+    (void)state;
+    ends(EXPERIMENT_CABLE, SIGTERM);
+    check_disturbed_returns(&file, &findings);
+    assert_int_equal(findings.count, 0);
+}
+
 int main(void)
 {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, begin, end)
@@ -273,7 +300,7 @@ int main(void)
         TEST(what_does_not_repeat_itself_is_not_judged_by_its_globals),
         TEST(other_globals_and_zeros_are_both_looked_at),
         TEST(a_start_that_ends_otherwise_says_how_each_ended),
-        TEST(a_start_that_faulted_is_told_as_a_fault),
+        TEST(a_start_that_faulted_has_not_returned),
         TEST(a_start_that_faults_either_way_is_alike),
         TEST(addresses_count_where_the_machine_is),
         TEST(a_wrap_is_what_only_the_wrapping_run_does),
@@ -283,6 +310,8 @@ int main(void)
         TEST(what_faults_without_it_is_not_judged_by_a_second_start),
         TEST(a_second_start_must_end_with_one),
         TEST(what_an_emulated_cpu_lacks_is_no_finding),
+        TEST(the_end_of_the_process_is_a_disturbance_s_doing),
+        TEST(the_end_of_the_process_from_outside_is_nobody_s),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
