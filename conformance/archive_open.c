@@ -228,27 +228,37 @@ const char *archive_hash(const struct archive *archive)
     return archive->hash;
 }
 
+/* Of Program_01 to 03, as archive_save.c writes them: 0 is the product's own, -1 off. */
+static bool read_periods(const json_t *periods, struct host_config *host)
+{
+    bool good = json_array_size(periods) == 3;
+    for (unsigned i = 0; i < 3 && good; i++) {
+        const json_t *period = json_array_get(periods, i);
+        const json_int_t us = json_integer_value(period);
+        good = json_is_integer(period) && us >= -1 && us <= INT32_MAX &&
+               (us <= 0 || product_allows_period(host->product, i, (uint32_t)us));
+        host->program_period_us[i] = us < 0 ? PERIOD_OFF : (uint32_t)us;
+    }
+    return good;
+}
+
 /* What an experiment was made of, where it can differ from its row. */
 static int read_conditions(const json_t *entry, struct experiment *experiment, char why[CHECK_WHY])
 {
-    const json_t *periods = json_object_get(entry, "periods_us");
     const char *name = text_of(entry, "name");
-    if (name == NULL || !json_is_integer(json_object_get(entry, "cycle_us")) ||
-        json_array_size(periods) != 3)
+    if (name == NULL || !json_is_integer(json_object_get(entry, "cycle_us")))
         return refuse(why, "the manifest's experiments are damaged");
     const json_int_t cycle_us = json_integer_value(json_object_get(entry, "cycle_us")),
                      cycles = json_integer_value(json_object_get(entry, "cycles")),
                      data = json_integer_value(json_object_get(entry, "data_bytes"));
     if (cycle_us < 0 || cycle_us > UINT32_MAX || cycles < 0 || data < 0 || data > DATA_MOST ||
-        !product_allows_cycle(experiment->host.product, (uint32_t)cycle_us))
+        !product_allows_cycle(experiment->host.product, (uint32_t)cycle_us) ||
+        !read_periods(json_object_get(entry, "periods_us"), &experiment->host))
         return refuse(why, "the manifest's experiment %s is none of this product", name);
     experiment->name = name;
     experiment->host.cycle_us = (uint32_t)cycle_us;
     experiment->cycles = (uint64_t)cycles;
     experiment->host.data_bytes = (uint32_t)data;
-    for (size_t i = 0; i < 3; i++)
-        experiment->host.program_period_us[i] =
-            (uint32_t)json_integer_value(json_array_get(periods, i));
     return 0;
 }
 

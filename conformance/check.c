@@ -39,19 +39,16 @@ static int choose_rules(struct check *check, const struct check_options *options
             if (!without_scenario)
                 check->chosen[check->report.rule_count++] = rule_at(i);
         }
-    if (rule_pattern_idle(options->rules, idle)) {
+    if (rule_pattern_idle(options->rules, idle))
         snprintf(why, CHECK_WHY, "no rule matches '%s'; `tgm rules` lists them", idle);
-        return -EINVAL;
-    }
-    if (check->report.rule_count == 0) {
-        if (without_scenario)
-            snprintf(why, CHECK_WHY, "the rule that matches '%s' needs --scenario FILE",
-                     options->rules);
-        else
-            snprintf(why, CHECK_WHY, "'%s' leaves no rule to judge by", options->rules);
-        return -EINVAL;
-    }
-    return 0;
+    else if (check->report.rule_count > 0)
+        return 0;
+    else if (without_scenario)
+        snprintf(why, CHECK_WHY, "the rule that matches '%s' needs --scenario FILE",
+                 options->rules);
+    else
+        snprintf(why, CHECK_WHY, "'%s' leaves no rule to judge by", options->rules);
+    return -EINVAL;
 }
 
 /* Why nothing of this file can be called, "" when it can. */

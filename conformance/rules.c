@@ -82,6 +82,24 @@ bool rule_pattern_idle(const char *patterns, char idle[RULE_PATTERN])
     return false;
 }
 
+bool rule_pattern_needs_scenario(const char *patterns, char lone[RULE_PATTERN])
+{
+    struct pattern pattern;
+    for (const char *at = patterns; next_pattern(&at, &pattern);) {
+        bool plays = false, more = pattern.without;
+        for (size_t i = 0; rule_at(i) != NULL; i++)
+            if (fnmatch(pattern.text, rule_at(i)->id, 0) == 0) {
+                plays = plays || rule_at(i)->experiments == ON_SCENARIOS;
+                more = more || rule_at(i)->experiments != ON_SCENARIOS;
+            }
+        if (!plays || more)
+            continue;
+        snprintf(lone, RULE_PATTERN, "%s", pattern.text);
+        return true;
+    }
+    return false;
+}
+
 const char *rule_section(const struct rule *rule, size_t *length)
 {
     char heading[80];

@@ -133,6 +133,8 @@ bool rule_selected(const char *patterns, const char *id);
  * let in what nobody meant to. */
 #define RULE_PATTERN 128
 bool rule_pattern_idle(const char *patterns, char idle[RULE_PATTERN]);
+/* Some pattern, to be had in lone, asks for nothing but what is judged by scenarios. */
+bool rule_pattern_needs_scenario(const char *patterns, char lone[RULE_PATTERN]);
 
 /*
  * findings.c. The text is cut at FINDING_TEXT; control characters in it (names in a hostile file)

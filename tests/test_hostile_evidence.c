@@ -81,11 +81,14 @@ static void put_noise(json_t *files, const char *name, unsigned rare)
     free(bytes);
 }
 
+/* Of Program_01 to 03, us; -1: off, 0: the product's. */
+static int periods[3];
+
 static json_t *conditions(const char *key, uint32_t cycle_us)
 {
     return json_pack("{s:s, s:s, s:i, s:i, s:i, s:[i, i, i]}", "key", key, "name", key, "cycle_us",
                      (int)cycle_us, "cycles", (int)(noise() % 100), "data_bytes",
-                     (int)(noise() % 3) * 65536, "periods_us", (int)noise(), (int)noise() % 9, 0);
+                     (int)(noise() % 3) * 65536, "periods_us", periods[0], periods[1], periods[2]);
 }
 
 static void put_module(json_t *files)
@@ -148,6 +151,35 @@ static void judge_and_report(void)
     check_free(check);
 }
 
+static void periods_that_the_product_lacks_are_refused(void **state)
+{
+    static const struct {
+        int periods[3];
+        const char *why;
+    } rows[] = {
+        { { 0, 0, 0 }, "" },
+        { { -1, 10000, 200 }, "" },
+        { { -2, 0, 0 }, "the manifest's experiment start is none of this product" },
+        { { 0, 99, 0 }, "the manifest's experiment start is none of this product" },
+        { { 0, 0, 1 }, "the manifest's experiment start is none of this product" },
+    };
+    static const struct check_changes nothing;
+    (void)state;
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        struct check *check;
+        char why[CHECK_WHY] = "";
+        state_of_noise = i;
+        memcpy(periods, rows[i].periods, sizeof periods);
+        make_archive("pc4", 4096);
+        const int r = check_again(&check, FOLDER, &nothing, why);
+        assert_string_equal(why, rows[i].why);
+        assert_int_equal(r, rows[i].why[0] != '\0' ? -EINVAL : 0);
+        if (r == 0)
+            check_free(check);
+    }
+    memset(periods, 0, sizeof periods);
+}
+
 static void every_rule_bears_any_evidence(void **state)
 {
     static const unsigned rare[] = { 1, 2, 8, 64, 512, 4096 };
@@ -165,6 +197,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_rule_bears_any_evidence),
+        cmocka_unit_test(periods_that_the_product_lacks_are_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -190,6 +190,7 @@ int command_check(const struct command *command, int argc, char **argv)
     struct option_texts patterns = { .count = 0 };
     static struct waivers waivers;
     static char selection[PATTERNS_MAX];
+    char lone[RULE_PATTERN];
     const char *profile = "pc4", *module = NULL, *waive = NULL, *saved = NULL;
     uint64_t jobs = 0;
     bool no_colour = false;
@@ -260,6 +261,8 @@ int command_check(const struct command *command, int argc, char **argv)
     options.profile = profile_or_complain(command, profile);
     if (options.profile == NULL)
         return EXIT_CALL;
+    if (files.count == 0 && rule_pattern_needs_scenario(options.rules, lone))
+        return complain(command, "the rule that matches '%s' needs --scenario FILE", lone);
     if (options.around_path != NULL) {
         status = configuration_open(&configuration, command, options.around_path,
                                     product_find(options.profile->product), &around);
