@@ -274,6 +274,10 @@ templates: $(BUILD)/tgm | $(BUILD)/.deps-test ## build every template for every 
 test: | $(BUILD)/.deps-test ## every test; under 10 minutes on two cores
 	$(Q)MAKE=$(MAKE) tests/run.sh
 
+.PHONY: test-sanitizers
+test-sanitizers: | $(BUILD)/.deps-test ## unit tests again, with the address and undefined behaviour sanitizers; clang
+	$(Q)MAKE=$(MAKE) tests/run.sh sanitizers
+
 .PHONY: bench
 bench: $(BUILD)/tgm $(BUILD)/test/bench $(BUILD)/test/bench_bus $(BUILD)/test/bench_machine template-linked ## figures of one run, on this machine
 	$(Q)$(BUILD)/test/bench $(BUILD)/template/shuttle.tgm

@@ -1,15 +1,18 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-2.0-or-later
 #
-# Every test, as `make test` runs it: builds with gcc, clang, and clang with sanitizers, runs the unit tests of the
-# first and the last, then the shell tests. Prints what failed and, last, "N passed, M failed".
+#   tests/run.sh             every test, as `make test` runs it: builds with gcc, runs the unit tests, then the shell tests
+#   tests/run.sh sanitizers  as `make test-sanitizers`: builds with clang, and with clang's address and undefined
+#                            behaviour sanitizers, and runs the unit tests with those
+#
+# Prints what failed and, last, "N passed, M failed".
 set -u
 cd "$(dirname "$0")/.."
 MAKE=${MAKE:-make}
 jobs=$(nproc 2>/dev/null || echo 2)
 passed=0
 failed=0
-log=build/test-log
+log=build/test-log${1:+-$1}
 mkdir -p build
 : >"$log"
 
@@ -76,15 +79,19 @@ units() { # build folder
     return $status
 }
 
-san='-fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer'
-step "build with gcc" "$MAKE" -j"$jobs" all test-programs template-linked build/test/math_accuracy
-step "house rules" sh tests/lint.sh
-step "unit tests, gcc" units build
-step "build with clang" "$MAKE" -j"$jobs" BUILD=build/clang CC=clang all
-step "build with sanitizers" "$MAKE" -j"$jobs" BUILD=build/san CC=clang OPT='-O1 -g' CFLAGS="$san" all test-programs
-step "unit tests, clang, address and undefined sanitizers" units build/san
-step "tgm selftest: every rule proves itself" sh -c 'build/tgm selftest >build/selftest && echo "1 passed, 0 failed" || { cat build/selftest; false; }'
-steps <<'LIST'
+sanitizers() {
+    san='-fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer'
+    step "build with clang" "$MAKE" -j"$jobs" BUILD=build/clang CC=clang all
+    step "build with sanitizers" "$MAKE" -j"$jobs" BUILD=build/san CC=clang OPT='-O1 -g' CFLAGS="$san" all test-programs
+    step "unit tests, clang, address and undefined sanitizers" units build/san
+}
+
+everything() {
+    step "build with gcc" "$MAKE" -j"$jobs" all test-programs template-linked build/test/math_accuracy
+    step "house rules" sh tests/lint.sh
+    step "unit tests, gcc" units build
+    step "tgm selftest: every rule proves itself" sh -c 'build/tgm selftest >build/selftest && echo "1 passed, 0 failed" || { cat build/selftest; false; }'
+    steps <<'LIST'
 sh tests/sdk.sh	SDK: what it refuses and how it says so
 sh tests/fuzz.sh	readers of files, each with 20000 inputs
 sh tests/pascal.sh	Pascal: template, layouts, what is refused
@@ -100,9 +107,15 @@ build/test/math_accuracy 100000	SDK: mathematics against a high-precision refere
 sh tests/reports.sh	reports in every form, against their schemas
 sh tests/plot.sh	the oscilloscope, and recordings as pictures
 LIST
-# What looks at the wall clock has the machine to itself.
-step "other people's masters on the simulated bus; captures" sh tests/strangers.sh
-step "clocks, interrupts, reloads, shared memory" sh tests/clock.sh
+    # What looks at the wall clock has the machine to itself.
+    step "other people's masters on the simulated bus; captures" sh tests/strangers.sh
+    step "clocks, interrupts, reloads, shared memory" sh tests/clock.sh
+}
+
+case ${1:-} in
+sanitizers) sanitizers ;;
+*) everything ;;
+esac
 
 echo
 echo "$passed passed, $failed failed"

@@ -260,10 +260,12 @@ fuzz-seeds: $(IMAGE_MODULES)
 	$(Q)for fuzzer in fuzz_image fuzz_image_deep; do mkdir -p $(BUILD)/fuzz/corpus-$$fuzzer && \
 	    cp -u $(IMAGE_MODULES) $(BUILD)/fuzz/corpus-$$fuzzer/ || exit 1; done
 
+# A hundred programs of all rooms each: with the linker that is twice as quick, where it is there.
+TEST_LINKER := $(if $(shell command -v ld.lld),-fuse-ld=lld)
 $(BUILD)/test/%: $(BUILD)/obj/tests/%.o $(ROOM_OBJ)
 	@mkdir -p $(@D)
 	@echo "  LINK   $@"
-	$(Q)$(CC) $(OPT) $(CFLAGS) -o $@ $^ $(LDFLAGS) $(LIBS) -lcmocka
+	$(Q)$(CC) $(OPT) $(CFLAGS) $(TEST_LINKER) -o $@ $^ $(LDFLAGS) $(LIBS) -lcmocka
 
 $(BUILD)/obj/tests/test_evidence.o $(BUILD)/obj/tests/test_hostile_evidence.o: ALL_CFLAGS += -DFIXTURE_DIR='"$(FIXTURE_DIR)"'
 $(BUILD)/obj/tests/test_evidence.o $(BUILD)/obj/tests/test_hostile_evidence.o: ALL_CFLAGS += -DTEST_EVIDENCE_DIR='"$(BUILD)/test-evidence"'
