@@ -6,22 +6,21 @@
 
 #include "conformance/rules_file.h"
 
-static bool unread(const struct case_file *file, struct findings *findings)
+/* Says why nothing is known of the code; then it holds nothing special either. */
+static const struct image_code *read_code(const struct case_file *file, struct findings *findings)
 {
-    if (file_unreadable(file, findings))
-        return true;
     const struct image_code *code = image_code(file->image);
     if (!code->known)
         finding_not_judged(findings,
                            "the code could not be read: no process could be made for it, or it did "
                            "not end well");
-    return !code->known;
+    return code;
 }
 
 /* What was not followed was not read. */
-static void note_incomplete(const struct case_file *file, struct findings *findings)
+static void note_incomplete(const struct case_file *file, const struct image_code *code,
+                            struct findings *findings)
 {
-    const struct image_code *code = image_code(file->image);
     if (!code->complete)
         finding_not_judged(findings,
                            "the code was not read to its end: the jump at %s+0x%" PRIx64
@@ -40,9 +39,9 @@ static bool is_sure(const struct image *image, const struct image_special *speci
 static void judge_specials(const struct case_file *file, enum image_special_kind kind,
                            const char *does, struct findings *findings)
 {
-    if (unread(file, findings))
+    if (file_unreadable(file, findings))
         return;
-    const struct image_code *code = image_code(file->image);
+    const struct image_code *code = read_code(file, findings);
     for (size_t i = 0; i < code->special_count; i++) {
         const struct image_special *special = &code->specials[i];
         struct image_place from;
@@ -58,7 +57,7 @@ static void judge_specials(const struct case_file *file, enum image_special_kind
                                                 : "an export");
         finding_place(finding, file, special->vaddr);
     }
-    note_incomplete(file, findings);
+    note_incomplete(file, code, findings);
 }
 
 void check_no_system_instruction(const struct case_file *file, struct findings *findings)
@@ -90,9 +89,9 @@ void check_repeatable_instructions(const struct case_file *file, struct findings
 /* Note: nothing says that it is ever executed. */
 void check_suspicious_code(const struct case_file *file, struct findings *findings)
 {
-    if (unread(file, findings))
+    if (file_unreadable(file, findings))
         return;
-    const struct image_code *code = image_code(file->image);
+    const struct image_code *code = read_code(file, findings);
     for (size_t i = 0; i < code->special_count; i++) {
         const struct image_special *special = &code->specials[i];
         if (is_sure(file->image, special) || special->kind == IMAGE_SPECIAL_MACHINE)

@@ -77,7 +77,7 @@ static void export_missing(const struct case_file *file, const char *wanted,
     else
         finding = finding_add(findings, "%s is %s, %s is not there: %s", near->name,
                               near->exported ? "exported" : "defined", wanted, style_texts[style]);
-    if (near->forwarder == NULL && near->vaddr != 0)
+    if (near->vaddr != 0) /* what is forwarded has no address here */
         finding_place(finding, file, near->vaddr);
 }
 
@@ -106,12 +106,7 @@ static void export_extra(const struct case_file *file, const struct image_symbol
 /* Only the SDK's flat images have a table of what GetProcAddress hands out. */
 static bool names_nothing(const struct image *image)
 {
-    if (image->format != IMAGE_FORMAT_FLAT)
-        return false;
-    for (size_t i = 0; i < image->symbol_count; i++)
-        if (image->symbols[i].exported)
-            return false;
-    return true;
+    return image->format == IMAGE_FORMAT_FLAT && image->symbol_count == 0;
 }
 
 /* What one of the functions that GetProcAddress returned is not. */
@@ -137,17 +132,11 @@ static void judge_lookup(const struct case_file *file, struct findings *findings
     if (evidence == NULL)
         return;
     const struct evidence_lookup *lookup = &evidence->lookup;
-    if (!lookup->asked || evidence->incident_count > 0) {
-        if (names_nothing(file->image))
-            finding_not_judged(findings, "GetProcAddress did not return: what the image exports is "
-                                         "not known");
-        return;
-    }
     if (!lookup->found) {
         finding_add(findings,
-                    "GetProcAddress returns 0x%08x: there is no table of the %s functions in the "
-                    "image's memory",
-                    lookup->table, how_many(file->profile));
+                    "GetProcAddress hands out no table of the %s functions: it did not return, or "
+                    "0x%08x, where the image has none",
+                    how_many(file->profile), lookup->table);
         return;
     }
     for (size_t i = 0; file->profile->exports[i] != NULL; i++)

@@ -126,7 +126,7 @@ flat() {
         ;;
     esac
     lookup=sdk/src/flat.c
-    ! grep -q '^#include .*flat\.c' "$source" || lookup=
+    ! grep -q '^#include .*flat\.[ch]' "$source" || lookup=
     # shellcheck disable=SC2086,SC2046
     run $(compiler $bare) $language $common $arm_flags $cortex -fno-builtin -o "$output.elf" \
         $(library "$bare $arm_flags $cortex" sdk/src/mem.c $lookup sdk/src/arm.c) "$source" -nostdlib -static \

@@ -151,6 +151,34 @@ static void a_module_that_leans_on_the_c_library_is_told_so_line_by_line(void **
     image_close(image);
 }
 
+static void a_flat_image_without_the_table_of_its_functions_is_told_so(void **state)
+{
+    static struct case_run runs[EXPERIMENT_COUNT];
+    static struct findings found;
+    struct image *image = opened(FIXTURE_DIR, "export-names/bad-flat-forgotten.tgm.bin");
+    const struct case_file file = { .image = image,
+                                    .profile = profile_find("tgmcontroller"),
+                                    .name = "x.tgm.bin",
+                                    .runs = runs,
+                                    .cannot_run = "" };
+    struct evidence_lookup *lookup = &runs[EXPERIMENT_START].result.evidence.lookup;
+    (void)state;
+    runs[EXPERIMENT_START].ran = true;
+    *lookup = (struct evidence_lookup){ .asked = true, .table = 0x01234568 };
+    rule_find("export-names")->check(&file, &found);
+    expect(&found, "hands out no table of the five functions", "");
+    expect(&found, "0x01234568", "");
+    assert_int_equal(found.count, 1); /* with no name known, none is missing */
+    memset(&found, 0, sizeof found);
+    lookup->found = true;
+    for (int i = 0; i < 5; i++)
+        lookup->functions[i] = (uint32_t)image->entry_point | 1;
+    rule_find("export-names")->check(&file, &found);
+    assert_int_equal(found.count, 0);
+    assert_string_equal(found.reason, "");
+    image_close(image);
+}
+
 static void what_windows_would_have_to_do_for_a_module_is_named(void **state)
 {
     struct findings found;
@@ -331,6 +359,7 @@ int main(void)
         cmocka_unit_test(names_are_recognised_however_a_compiler_decorates_them),
         cmocka_unit_test(library_functions_are_told_by_name),
         cmocka_unit_test(a_module_that_leans_on_the_c_library_is_told_so_line_by_line),
+        cmocka_unit_test(a_flat_image_without_the_table_of_its_functions_is_told_so),
         cmocka_unit_test(what_windows_would_have_to_do_for_a_module_is_named),
         cmocka_unit_test(instructions_are_named_with_the_export_that_leads_to_them),
         cmocka_unit_test(the_same_rules_judge_arm),
