@@ -28,8 +28,8 @@ bool case_unsupported(const struct case_file *file, enum experiment_id id,
     return false;
 }
 
-const struct evidence *case_evidence(const struct case_file *file, enum experiment_id id,
-                                     struct findings *findings)
+const struct evidence *case_loaded(const struct case_file *file, enum experiment_id id,
+                                   struct findings *findings)
 {
     const struct case_run *run = &file->runs[id];
     const struct experiment_result *result = &run->result;
@@ -52,6 +52,25 @@ const struct evidence *case_evidence(const struct case_file *file, enum experime
         return NULL;
     }
     return case_unsupported(file, id, findings) ? NULL : &result->evidence;
+}
+
+static const char no_functions[] =
+    "GetProcAddress handed out no functions: nothing was called (rule export-names)";
+
+bool case_lacks_functions(const struct case_file *file, const struct evidence *evidence)
+{
+    return file->image->format == IMAGE_FORMAT_FLAT && evidence->lookup.asked &&
+           !evidence->lookup.found;
+}
+
+const struct evidence *case_evidence(const struct case_file *file, enum experiment_id id,
+                                     struct findings *findings)
+{
+    const struct evidence *evidence = case_loaded(file, id, findings);
+    if (evidence == NULL || !case_lacks_functions(file, evidence))
+        return evidence;
+    finding_not_judged(findings, "%s", no_functions);
+    return NULL;
 }
 
 /* The experiment was played to its end: every cycle, or until no function could be called any more.
@@ -87,6 +106,8 @@ void case_complete(const struct case_file *file, enum experiment_id id, struct f
     else if (result->worker.end != WORKER_DONE)
         finding_not_judged(findings, "experiment %s: the module ended the process it ran in",
                            experiment->name);
+    else if (case_lacks_functions(file, evidence))
+        finding_not_judged(findings, "%s", no_functions);
     else if (experiment->cycles > 0 && evidence->cycles_done == 0)
         finding_not_judged(findings,
                            "no cycle was run: Program_Ini did not return 1 (rule ini-returns-one)");

@@ -157,6 +157,11 @@ void finding_place(struct finding *finding, const struct case_file *file, uint64
  */
 const struct evidence *case_evidence(const struct case_file *file, enum experiment_id id,
                                      struct findings *findings);
+/* A flat image has handed out no functions: nothing of it was called but GetProcAddress. */
+bool case_lacks_functions(const struct case_file *file, const struct evidence *evidence);
+/* The evidence of a run that need not have come further than that. */
+const struct evidence *case_loaded(const struct case_file *file, enum experiment_id id,
+                                   struct findings *findings);
 /* An emulated CPU lacks an instruction that the module executed in the run, which says nothing of
  * the module: not judged, with the place. */
 bool case_unsupported(const struct case_file *file, enum experiment_id id,

@@ -128,15 +128,18 @@ static void judge_looked_up(const struct case_file *file, const char *name, uint
 /* A flat image has no table of its exports: GetProcAddress returns one (decision C4). */
 static void judge_lookup(const struct case_file *file, struct findings *findings)
 {
-    const struct evidence *evidence = case_evidence(file, EXPERIMENT_START, findings);
+    const struct evidence *evidence = case_loaded(file, EXPERIMENT_START, findings);
     if (evidence == NULL)
         return;
     const struct evidence_lookup *lookup = &evidence->lookup;
     if (!lookup->found) {
-        finding_add(findings,
-                    "GetProcAddress hands out no table of the %s functions: it did not return, or "
-                    "0x%08x, where the image has none",
-                    how_many(file->profile), lookup->table);
+        struct finding *finding = finding_add(
+            findings,
+            "GetProcAddress hands out no table of the %s functions: it did not return, or "
+            "0x%08x, where the image has none",
+            how_many(file->profile), lookup->table);
+        if (evidence->incident_count > 0)
+            incident_place(&evidence->incidents[0], finding, file);
         return;
     }
     for (size_t i = 0; file->profile->exports[i] != NULL; i++)
