@@ -43,6 +43,7 @@ UNIT_TESTS := test_osc test_text16 test_catalogue \
     test_audit \
     test_rules_same \
     test_rules_cycle \
+    test_rules_ends \
     test_budgets \
     test_profile \
     test_curves \
