@@ -180,6 +180,16 @@ static void the_harness_s_trouble_is_told(void **state)
     result->worker.end = WORKER_DONE;
     check_anew(check_no_fault);
     expect(NULL, "experiment made up: no bus");
+    struct experiment_result *start = &runs[EXPERIMENT_START].result;
+    start->worker.end = WORKER_FAILED;
+    check_anew(check_ini_returns_one);
+    expect(NULL, "experiment made up: the worker failed");
+    snprintf(start->evidence.trouble, sizeof start->evidence.trouble, "no memory");
+    check_anew(check_ini_returns_one);
+    expect(NULL, "experiment made up: no memory");
+    start->worker.end = WORKER_DONE;
+    check_anew(check_ini_returns_one);
+    expect(NULL, "experiment made up: no memory");
 }
 
 static void a_run_is_complete_with_all_cycles_or_nothing_to_call(void **state)
@@ -217,6 +227,8 @@ static void a_scenario_proves_nothing_unless_it_was_played(void **state)
     expect("a.scenario: and 1 failures of other statements", "");
     evidence->failed = 0;
     evidence->cycles_done = 0;
+    check_anew(check_scenario);
+    expect("a.scenario: not played to its end", "");
     evidence->calls[ENTRY_INI].last_value = 0;
     check_anew(check_scenario);
     expect("a.scenario: not played: Program_Ini returned 0", "");
@@ -242,6 +254,7 @@ static void a_scenario_proves_nothing_unless_it_was_played(void **state)
     worker->end = WORKER_DONE;
     check_anew(check_scenario);
     expect(NULL, "a.scenario: no bus");
+    evidence->trouble[0] = '\0';
     scenario.ran = false;
     check_anew(check_scenario);
     expect(NULL, "not run");
