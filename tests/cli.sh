@@ -385,7 +385,7 @@ expect "what cannot be run is not judged" 3 "not a module that this profile load
 run "$tgm" check "$module" --rule scenario
 expect "the rule needs a scenario" 2 "needs --scenario FILE"
 run "$tgm" check "$module" --rule returns --rule 'scen*'
-expect "beside others, too" 2 "the rule that matches 'scen\*' needs --scenario FILE"
+expect "beside others, too" 2 "the rule that matches 'scen*' needs --scenario FILE"
 run "$tgm" check "$module" --cycles 20
 lacks "without a scenario there is no such rule" "machine  "
 run "$tgm" explain scenario
