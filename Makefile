@@ -271,7 +271,7 @@ templates: $(BUILD)/tgm | $(BUILD)/.deps-test ## build every template for every 
 	done
 
 .PHONY: test
-test: | $(BUILD)/.deps-test ## every test; under 10 minutes on two cores
+test: | $(BUILD)/.deps-test ## every test; 10 minutes on two cores, 13 from nothing
 	$(Q)MAKE=$(MAKE) tests/run.sh
 
 .PHONY: test-sanitizers
