@@ -54,6 +54,9 @@ static void describe_fault(const struct machine_fault *fault, char *text, size_t
     case SIGILL:
         snprintf(text, size, "executed an invalid instruction");
         return;
+    case SIGBUS:
+        snprintf(text, size, "accessed words at an address that is no multiple of 4");
+        return;
     case SIGTRAP:
         snprintf(text, size, "executed a breakpoint or trap instruction");
         return;

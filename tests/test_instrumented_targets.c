@@ -321,6 +321,8 @@ static void arm_faults_are_attributed(void **state)
           "" },
         { "undefined_instruction", "undefined_instruction_at", MACHINE_FAULT, SIGILL,
           MACHINE_ACCESS_NONE, 0, "" },
+        { "kept_condition", "kept_condition_at", MACHINE_FAULT, SIGBUS, MACHINE_ACCESS_NONE, 0,
+          "" },
         { "divide_instruction", "divide_instruction_at", MACHINE_FAULT, SIGILL, MACHINE_ACCESS_NONE,
           0, "" },
         { "breakpoint", "breakpoint_at", MACHINE_FAULT, SIGTRAP, MACHINE_ACCESS_NONE, 0, "" },
@@ -346,6 +348,17 @@ static void arm_faults_are_attributed(void **state)
     assert_true(fault.syscall_arm);
     assert_string_equal(name, "getpid");
     assert_int_equal(call(fixture, "unaligned_word", shared_words(fixture)).kind, MACHINE_RETURNED);
+}
+
+static void arm_does_nothing_where_a_condition_is_not_met(void **state)
+{
+    struct fixture *fixture = opened_emulated("arm.so");
+    const struct machine_outcome outcome =
+        call(fixture, "skipped_instructions", shared_words(fixture));
+
+    (void)state;
+    assert_int_equal(outcome.kind, MACHINE_RETURNED);
+    assert_int_equal((uint32_t)outcome.value, 7);
 }
 
 static void arm_conventions_are_checked(void **state)
@@ -526,6 +539,7 @@ int main(void)
         LOADED(i386_thread_block_tells_the_stack),
         LOADED(arm_calls_with_registers),
         LOADED(arm_faults_are_attributed),
+        LOADED(arm_does_nothing_where_a_condition_is_not_met),
         LOADED(arm_conventions_are_checked),
         LOADED(arm_computes_with_its_vector_unit),
         LOADED(arm_data_is_relocated_and_poisoned),

@@ -97,6 +97,28 @@ static bool is_aligned(struct emulator *emulator, unsigned reg)
     return (emulator_read(emulator, UC_ARM_REG_R0 + (int)reg) & 3) == 0;
 }
 
+/* Of an A32 instruction, by the flags (Arm Architecture Reference Manual, condition codes). */
+static bool condition_holds(uint32_t instruction, uint32_t flags)
+{
+    const uint32_t condition = instruction >> 28;
+    const bool n = flags >> 31 & 1, z = flags >> 30 & 1, c = flags >> 29 & 1, v = flags >> 28 & 1;
+    const bool holds[] = { z, c, n, v, c && !z, n == v, n == v && !z, true };
+
+    return holds[condition >> 1] != (condition % 2 == 1 && condition < 14);
+}
+
+/* An instruction whose condition is not met does nothing, wherever its registers point. Of Thumb
+ * those do not come here. */
+static bool is_skipped(struct emulator *emulator, uint64_t address)
+{
+    uint32_t instruction;
+
+    if (emulator->cpu->arch != UC_ARCH_ARM || is_thumb(emulator))
+        return false;
+    memcpy(&instruction, (const void *)address, sizeof instruction);
+    return !condition_holds(instruction, (uint32_t)emulator_read(emulator, UC_ARM_REG_CPSR));
+}
+
 /* True when the instruction is to be executed. */
 static bool go_on(struct emulator *emulator, uint64_t address, uint8_t kind)
 {
@@ -116,6 +138,8 @@ static bool go_on(struct emulator *emulator, uint64_t address, uint8_t kind)
     default:
         break;
     }
+    if (is_skipped(emulator, address))
+        return true;
     emulator_stop(emulator, EMULATOR_INSTRUCTION, kind & 15);
     return false;
 }

@@ -99,6 +99,42 @@ label unaligned_pair_at
         ldrd    r2, r3, [r0]
         bx      lr
 
+/* What a condition leaves out is not done: 16 conditions of which two hold, bases that are odd. */
+function skipped_instructions
+        add     r1, r0, #2
+        cmp     r0, r0                  /* Z, C; not N, not V */
+        ldrdne  r2, r3, [r1]
+        vldrne  d16, [r1]
+        ldmcc   r1, {r2, r3}
+        strdmi  r2, r3, [r1]
+        ldmvs   r1, {r2, r3}
+        ldrdhi  r2, r3, [r1]
+        ldrdlt  r2, r3, [r1]
+        vldrgt  d16, [r1]
+        svcne   #0
+        cmn     r0, #0                  /* not Z: r0 is an address; not V, not C */
+        ldrdeq  r2, r3, [r1]
+        ldrdcs  r2, r3, [r1]
+        ldrdvs  r2, r3, [r1]
+        svceq   #0
+        mvn     r2, #0
+        cmp     r2, #0                  /* N, C */
+        ldrdpl  r2, r3, [r1]
+        ldrdge  r2, r3, [r1]
+        ldrdgt  r2, r3, [r1]
+        cmp     r0, r0
+        ldrdls  r2, r3, [r0]
+        ldrdle  r2, r3, [r0]
+        mov     r0, #7
+        bx      lr
+
+function kept_condition
+        add     r1, r0, #2
+        cmp     r0, r0
+label kept_condition_at
+        ldrdeq  r2, r3, [r1]
+        bx      lr
+
 function undefined_instruction
 label undefined_instruction_at
         udf     #0
