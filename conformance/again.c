@@ -29,9 +29,7 @@ __attribute__((format(printf, 2, 3))) static void add(struct line *line, const c
     va_start(arguments, format);
     const int length = vsnprintf(line->text + line->length, left, format, arguments);
     va_end(arguments);
-    line->length += (size_t)length < left ? (size_t)length : left - 1;
-    if ((size_t)length >= left)
-        line->length = line->size - 1; /* nothing more goes in: see end() */
+    line->length += (size_t)length < left ? (size_t)length : left - 1; /* full: see end() */
 }
 
 static void end(const struct line *line)
@@ -125,11 +123,11 @@ static void add_debugger(const struct check_options *options, const struct image
 static void add_cycles(struct line *line, const struct check_options *options,
                        const struct finding *finding)
 {
-    if (!finding->has_cycle && options->cycles != 0)
-        add(line, " --cycles %" PRIu64, options->cycles);
     if (finding->has_cycle)
         add(line, " --cycles %" PRIu64,
             finding->cycles_needed != 0 ? finding->cycles_needed : finding->cycle + 1);
+    else if (options->cycles != 0)
+        add(line, " --cycles %" PRIu64, options->cycles);
 }
 
 /* The seed, the profile, and what was around the module. */
