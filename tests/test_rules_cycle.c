@@ -10,16 +10,9 @@
 
 #include <cmocka.h>
 
-#include "conformance/rules.h"
+#include "case_rig.h"
 
-enum {
-    CYCLES = 100,
-    PC = 0x1a4,
-    SERVO_MEMORY = 4,
-    POSITION = 472,
-    WRITE_POSITION = 464,
-    MODE = 32
-};
+enum { PC = 0x1a4, SERVO_MEMORY = 4, POSITION = 472, WRITE_POSITION = 464, MODE = 32 };
 
 static const struct image image = { .format = IMAGE_FORMAT_ELF64, .target = IMAGE_TARGET_X86_64 };
 static struct case_run *runs;
@@ -30,7 +23,7 @@ static struct findings findings;
 static int begin(void **state)
 {
     (void)state;
-    runs = calloc(EXPERIMENT_COUNT, sizeof *runs);
+    runs = complete_runs();
     if (runs == NULL)
         return -1;
     memset(&findings, 0, sizeof findings);
@@ -39,20 +32,10 @@ static int begin(void **state)
                                .name = "gantry.tgm",
                                .runs = runs,
                                .cannot_run = "" };
+    runs[EXPERIMENT_TRACED_250].plan.experiment.host.cycle_us = 250;
     for (int id = 0; id < EXPERIMENT_COUNT; id++) {
-        struct evidence *evidence = &runs[id].result.evidence;
-        runs[id].ran = true;
-        runs[id].plan.experiment.name = "made up";
-        runs[id].plan.experiment.cycles = CYCLES;
-        runs[id].plan.experiment.host.product = product_find("pc4");
-        runs[id].plan.experiment.host.cycle_us = id == EXPERIMENT_TRACED_250 ? 250 : 500;
-        runs[id].result.worker.end = WORKER_DONE;
-        evidence->stage = EVIDENCE_FINISHED;
-        evidence->cycles_done = CYCLES;
-        evidence->time_ns = UINT64_C(1000000000);
-        evidence->calls[ENTRY_INI].count = 1;
-        evidence->calls[ENTRY_INI].last_value = 1;
-        evidence->audit.traced = true;
+        runs[id].result.evidence.time_ns = UINT64_C(1000000000);
+        runs[id].result.evidence.audit.traced = true;
     }
     return 0;
 }

@@ -12,9 +12,7 @@
 
 #include <cmocka.h>
 
-#include "conformance/rules.h"
-
-enum { CYCLES = 100 };
+#include "case_rig.h"
 
 static const struct image image = { .format = IMAGE_FORMAT_ELF64, .target = IMAGE_TARGET_X86_64 };
 static struct case_run *runs;
@@ -22,26 +20,10 @@ static struct case_scenario scenario;
 static struct case_file file;
 static struct findings findings;
 
-static void complete(struct experiment *experiment, struct experiment_result *result)
-{
-    struct evidence *evidence = &result->evidence;
-    experiment->name = "made up";
-    experiment->cycles = CYCLES;
-    experiment->host.product = product_find("pc4");
-    experiment->host.cycle_us = 500;
-    result->worker.end = WORKER_DONE;
-    evidence->stage = EVIDENCE_FINISHED;
-    evidence->cycles_done = CYCLES;
-    evidence->calls[ENTRY_INI].count = 1;
-    evidence->calls[ENTRY_INI].last_value = 1;
-    evidence->play = PLAY_DONE;
-    evidence->checked = 1;
-}
-
 static int begin(void **state)
 {
     (void)state;
-    runs = calloc(EXPERIMENT_COUNT, sizeof *runs);
+    runs = complete_runs();
     if (runs == NULL)
         return -1;
     memset(&findings, 0, sizeof findings);
@@ -49,10 +31,8 @@ static int begin(void **state)
     scenario.name = "a.scenario";
     scenario.ran = true;
     complete(&scenario.experiment, &scenario.result);
-    for (int id = 0; id < EXPERIMENT_COUNT; id++) {
-        runs[id].ran = true;
-        complete(&runs[id].plan.experiment, &runs[id].result);
-    }
+    scenario.result.evidence.play = PLAY_DONE;
+    scenario.result.evidence.checked = 1;
     file = (struct case_file){ .image = &image,
                                .profile = profile_find("pc4"),
                                .name = "gantry.tgm",
@@ -168,28 +148,26 @@ static void who_is_too_slow_is_not_judged(void **state)
     expect(NULL, "experiment made up: the worker was stopped before it was done");
 }
 
-static void the_harness_s_trouble_is_told(void **state)
+/* With words for it and without, whether the worker came to its end or not. */
+static void expect_trouble(struct experiment_result *result,
+                           void (*check)(const struct case_file *, struct findings *))
 {
-    struct experiment_result *result = ended(WORKER_FAILED, 0);
-    (void)state;
-    check_anew(check_no_fault);
+    result->worker.end = WORKER_FAILED;
+    check_anew(check);
     expect(NULL, "experiment made up: the worker failed");
     snprintf(result->evidence.trouble, sizeof result->evidence.trouble, "no bus");
-    check_anew(check_no_fault);
+    check_anew(check);
     expect(NULL, "experiment made up: no bus");
     result->worker.end = WORKER_DONE;
-    check_anew(check_no_fault);
+    check_anew(check);
     expect(NULL, "experiment made up: no bus");
-    struct experiment_result *start = &runs[EXPERIMENT_START].result;
-    start->worker.end = WORKER_FAILED;
-    check_anew(check_ini_returns_one);
-    expect(NULL, "experiment made up: the worker failed");
-    snprintf(start->evidence.trouble, sizeof start->evidence.trouble, "no memory");
-    check_anew(check_ini_returns_one);
-    expect(NULL, "experiment made up: no memory");
-    start->worker.end = WORKER_DONE;
-    check_anew(check_ini_returns_one);
-    expect(NULL, "experiment made up: no memory");
+}
+
+static void the_harness_s_trouble_is_told(void **state)
+{
+    (void)state;
+    expect_trouble(ended(WORKER_FAILED, 0), check_no_fault);
+    expect_trouble(&runs[EXPERIMENT_START].result, check_ini_returns_one);
 }
 
 static void a_run_is_complete_with_all_cycles_or_nothing_to_call(void **state)
